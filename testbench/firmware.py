@@ -21,7 +21,8 @@ ACTS = ("none", "dwell", "retraction", "defaults", "jump", "set position", "tabl
 STOPS = ("none", "program", "optional", "end")
 STATES = tuple(state.name for state in states.MOTION)
 KINDS = ("none", *(event.name for event in numbered()))
-BOUNDS = ("ahead", "behind", "back_limit", "fast_ahead", "fast_behind")
+BOUNDS = ("ahead", "behind", "back_limit", "fast_ahead", "fast_behind", "fast_ahead_rate",
+          "fast_behind_rate")
 
 
 class Record(ctypes.Structure):

@@ -345,6 +345,11 @@ SETTINGS: tuple[Setting, ...] = (
          "program", "Not 0: M03 switches no discharge on and needs no arming, G95 does not serve, "
          "and cuts go at this feed, at most `${highest_speed_mm_min}`. Overrides scale it. Rapids, "
          "jogs and touch-offs keep their speeds."),
+    _set(540, "corner_deviation_nm", "corner: how far the lag may round it (0 no bound)", "nm",
+         (5000, 0, 1_000_000), "loop", "The lag of the drives rounds corners. Before a corner, "
+         "either way, the speed is lowered so that the axes leave the path by no more than this "
+         "in the loop that is in force (`${feed_forward}`, `${loop_gain}`). A bend counts too if "
+         "it would need it at `${highest_speed_mm_min}`. 0: no such bound."),
 )
 
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/settings.h"
 
+#include "base/move.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "hal/regs.h"
 
-#define LAG_TIMES 5 /* time constants of the position loop until the axes have caught up */
+#define LAG_TIMES 5 /* time constants until the axes have caught up */
 
 static uint32_t values[SETTINGS];
 static uint32_t edition;
@@ -17,6 +19,7 @@ static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
 static uint64_t arc_gain; /* as of a loop of first order, 2**-32 pulse/clock per pulse */
 static uint32_t deviation; /* 1/64 pulse */
+static uint32_t corner_rate, corner_sine, corner_before, corner_behind;
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
 
@@ -48,6 +51,27 @@ static void apply_detector(void) {
     hal_sense(at_most(units_clocks_of_ns(values[SET_SENSE_ON_NS]), (1u << 16) - 1),
               at_most(units_clocks_of_ns(values[SET_SENSE_OFF_NS]), (1u << 16) - 1));
     hal_follow(at_most(units_clocks_of_us(values[SET_FOLLOW_US]), (1u << 24) - 1));
+}
+
+/* An axis of first order with the lag T rounds a corner of the angle a, up to 90 degrees, by
+   v T sin(a) / e, and one of more by v T / e, if it has followed before the corner, and keeps its
+   speed for T behind it: sooner it would leave the corner while it is further away. With
+   feed-forward of the share f the lag is that of the drive, else 1 / K, and the error of its model
+   dies away with 1 / K. The drives may be a tenth slower. */
+static void apply_corners(void) {
+    uint32_t percent = values[SET_FEED_FORWARD], loop_us = 1000000 / values[SET_LOOP_GAIN];
+    uint32_t lag_us = (percent * DRIVE_LAG_US + (100 - percent) * loop_us) / 100 * 11 / 10;
+    uint64_t fine = units_fine_of_nm(values[SET_CORNER_DEVIATION_NM]);
+    fine += !fine && values[SET_CORNER_DEVIATION_NM];
+    uint64_t rate = units_quotient(fine << 32, units_clocks_of_ns(lag_us * 368) * MOVE_FINE);
+    corner_rate = rate < UNITS_RATE_LIMIT ? (uint32_t)rate : UNITS_RATE_LIMIT;
+    corner_rate += !corner_rate && fine;
+    uint32_t caught_up = LAG_TIMES * lag_us, died_away = 3 * loop_us;
+    corner_before = units_clocks_of_us(caught_up > died_away ? caught_up : died_away);
+    corner_behind = units_clocks_of_us(lag_us);
+    corner_sine = corner_rate && corner_rate < highest_rate
+                      ? (uint32_t)units_quotient((uint64_t)corner_rate << 15, highest_rate)
+                      : 1u << 15;
 }
 
 static void apply_motion(void) {
@@ -181,6 +205,8 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
     between();
     apply_loop();
     apply_axes();
+    between();
+    apply_corners();
     settings_renew_drives();
     between();
     apply_travel();
@@ -265,10 +291,11 @@ bool settings_set(uint32_t number, uint32_t value) {
     uint32_t before = which < SETTINGS ? values[which] : 0;
     if (!settings_load(number, value))
         return false;
-    if (before == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES)
+    uint8_t group = SETTINGS_TABLE_ROWS[which].group;
+    if (before == value && group == GROUP_DRIVES)
         return true;
     /* Apply only the group of this setting: conversions take 64-bit divisions. */
-    switch (SETTINGS_TABLE_ROWS[which].group) {
+    switch (group) {
     case GROUP_DETECTOR: apply_detector(); break;
     case GROUP_MOTION: apply_motion(); break;
     case GROUP_TRAVEL: apply_travel(); break;
@@ -277,6 +304,10 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_SIDE: apply_side(); break;
     case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */
+    }
+    if (group == GROUP_MOTION || group == GROUP_LOOP) {
+        watch_between();
+        apply_corners();
     }
     return true;
 }
@@ -302,6 +333,10 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
 }
 
 uint32_t settings_start_rate(void) { return start_rate; }
+uint32_t settings_corner_rate(void) { return corner_rate; }
+uint32_t settings_corner_sine(void) { return corner_sine; }
+uint32_t settings_corner_before(void) { return corner_before; }
+uint32_t settings_corner_behind(void) { return corner_behind; }
 uint32_t settings_lag_clocks(void) { return lag_clocks; }
 uint32_t settings_acceleration(void) { return acceleration; }
 

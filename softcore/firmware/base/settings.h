@@ -58,6 +58,14 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f);
 
 /* Settings in the gateware's units. */
 uint32_t settings_start_rate(void);
+
+/* Of corners. The rate at which the lag rounds one of 90 degrees or more by the setting, 0 for no
+   bound; the sine, 2**-15, up to which no bend needs a bound; clocks that the axes need to follow
+   before a corner, and behind it. */
+uint32_t settings_corner_rate(void);
+uint32_t settings_corner_sine(void);
+uint32_t settings_corner_before(void);
+uint32_t settings_corner_behind(void);
 uint32_t settings_lag_clocks(void);  /* until the axes have caught up after a motion */
 uint32_t settings_acceleration(void);
 uint32_t settings_highest_speed(void);  /* um/min */

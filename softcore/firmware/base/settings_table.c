@@ -190,6 +190,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "single block", "", 0},
     [SET_DRY_RUN_MM_MIN] = {0, 0, 60000, 539, GROUP_PROGRAM, true, false,
         "dry run: feed of cuts (0 off)", "mm/min", 0},
+    [SET_CORNER_DEVIATION_NM] = {5000, 0, 1000000, 540, GROUP_LOOP, true, false,
+        "corner: how far the lag may round it (0 no bound)", "nm", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

@@ -98,12 +98,13 @@ typedef enum {
     SET_HOME_PULL_OFF_UM,
     SET_SINGLE_BLOCK,
     SET_DRY_RUN_MM_MIN,
+    SET_CORNER_DEVIATION_NM,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 539u
+#define SETTINGS_LAST 540u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

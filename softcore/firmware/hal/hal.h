@@ -100,7 +100,9 @@ typedef struct {
 } hal_segment;
 
 typedef enum {
-    BOUND_AHEAD, BOUND_BEHIND, BOUND_BACK_LIMIT, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND, BOUNDS
+    BOUND_AHEAD, BOUND_BEHIND, BOUND_BACK_LIMIT, BOUND_FAST_AHEAD, BOUND_FAST_BEHIND,
+    BOUND_FAST_AHEAD_RATE, BOUND_FAST_BEHIND_RATE, /* 2**-28 pulse/clock, 0 for none */
+    BOUNDS
 } hal_bound;
 
 typedef struct {
@@ -114,7 +116,7 @@ void hal_slot_write(unsigned slot, const hal_segment *segment);
 /* Change the rate of the segment in a slot, which has this length; in force at once if the machine
    is in it. */
 void hal_slot_pace(unsigned slot, uint32_t length, uint32_t rate);
-void hal_bound_write(hal_bound bound, int32_t coordinate);
+void hal_bound_write(hal_bound bound, int32_t value);
 void hal_fast_slot(unsigned slot);  /* the fast bounds hold while the machine is in this slot */
 void hal_origin(unsigned slot);     /* the path coordinate begins at 0, in this slot */
 int32_t hal_command(void);      /* path coordinate of the last pulse Ps */

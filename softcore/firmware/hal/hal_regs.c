@@ -166,13 +166,15 @@ void hal_slot_pace(unsigned slot, uint32_t length, uint32_t rate) {
     PATH->pace_slot = slot;
 }
 
-void hal_bound_write(hal_bound bound, int32_t coordinate) {
+void hal_bound_write(hal_bound bound, int32_t value) {
     switch (bound) {
-    case BOUND_AHEAD: PATH->ahead = coordinate; break;
-    case BOUND_BEHIND: PATH->behind = coordinate; break;
-    case BOUND_BACK_LIMIT: PATH->back_limit = coordinate; break;
-    case BOUND_FAST_AHEAD: PATH->fast_ahead = coordinate; break;
-    default: PATH->fast_behind = coordinate; break;
+    case BOUND_AHEAD: PATH->ahead = value; break;
+    case BOUND_BEHIND: PATH->behind = value; break;
+    case BOUND_BACK_LIMIT: PATH->back_limit = value; break;
+    case BOUND_FAST_AHEAD: PATH->fast_ahead = value; break;
+    case BOUND_FAST_BEHIND: PATH->fast_behind = value; break;
+    case BOUND_FAST_AHEAD_RATE: PATH->fast_ahead_rate = (uint32_t)value; break;
+    default: PATH->fast_behind_rate = (uint32_t)value; break;
     }
 }
 

@@ -22,7 +22,7 @@ typedef struct {
     uint32_t block, piece;
 } path_place;
 
-/* A segment. path.c sets `start`, `corner` and `slows`. */
+/* A segment. path.c sets `start`; corners.c `corner`, `slows` and `turn`. */
 typedef struct {
     path_place at;
     int32_t start;              /* coordinate where it begins */
@@ -31,6 +31,7 @@ typedef struct {
     bool tight;                 /* the highest speed is too much for its curve or an axis */
     bool corner;                /* the junction at its end is passed at the start/stop speed */
     bool slows;                 /* the same, but only forward, because the next feed is lower */
+    uint32_t turn;              /* highest rate at the junction at its end, 0 for no bound */
     bool away;                  /* leads away from the work */
     int8_t way[HAL_AXES];       /* from its start to its end, 1/64 */
     int32_t from[HAL_AXES], to[HAL_AXES];   /* tangents at start and end of its block, 2**-15 */
@@ -69,7 +70,7 @@ void history_drop(void);            /* forget the oldest block */
 bool history_ready(path_place at);
 
 /* Make the segment at a place. False: one step was done, call again. Leaves the members of `s` that
-   path.c sets at zero. */
+   it does not set at zero. */
 bool history_make(path_place at, hal_segment *move, path_segment *s);
 
 /* The next place on the path, after a segment that has just been made. */

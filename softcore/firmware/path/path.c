@@ -6,8 +6,10 @@
 #include "base/watch.h"
 #include "path/approach.h"
 #include "path/coordinate.h"
+#include "path/corners.h"
 #include "path/crossing.h"
 #include "path/history.h"
+#include "path/window.h"
 
 /* Numbers begin here so that the virtual segment has one too; a multiple of the slots. */
 #define FIRST_NUMBER HAL_SLOTS
@@ -31,11 +33,11 @@ typedef struct {
 
 #define ENTRIES (2 * HAL_SLOTS) /* a power of two */
 
-static path_segment window[HAL_SLOTS];      /* holds the segments [low, high) */
+path_segment window[HAL_SLOTS];
+uint32_t window_low, window_high;
 static entry entries[ENTRIES];
 static bool known, virtual_segment;
 static int32_t oldest_start;                /* of the oldest block remembered */
-static uint32_t low, high;
 static uint32_t loaded;                     /* segments below have been in the window */
 static path_place fresh;                    /* the segment numbered `loaded` */
 static int32_t fresh_start;
@@ -44,16 +46,9 @@ static int32_t fresh_back_limit;            /* of the segment before */
 static uint32_t entered;                    /* furthest segment entered */
 static int32_t back_limit_in_force;
 static int32_t bounds[BOUNDS];              /* as written */
-static uint32_t limit;
+static uint32_t limit, kept;
 static bool ceiling;
 static int32_t height;
-/* The range in which the machine may be fast. */
-static struct {
-    bool known;
-    uint32_t at;        /* the machine's segment when the range was found */
-    uint32_t low, high; /* the window at that time */
-    uint32_t from, to;  /* first and last segment of the range */
-} fast;
 /* The search for a new back limit, back along the path. */
 static struct {
     bool active;
@@ -67,19 +62,16 @@ static struct {
     bool active;
 } pace;
 
-static path_segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
 static entry *entry_of(uint32_t number) { return &entries[number % ENTRIES]; }
-
-static int32_t end_of(uint32_t number) {
-    return moved(in_window(number)->start, in_window(number)->length);
-}
 
 static void forget(void) {
     history_forget(FIRST_NUMBER);
-    low = high = loaded = entered = FIRST_NUMBER;
+    window_low = window_high = loaded = entered = FIRST_NUMBER;
     oldest_start = fresh_start = fresh_back_limit = back_limit_in_force = 0;
     fresh = (path_place){FIRST_NUMBER, 0};
-    scan.active = fast.known = pace.active = false;
+    kept = 0;
+    scan.active = pace.active = false;
+    corners_forget();
 }
 
 void path_init(void) {
@@ -93,39 +85,11 @@ void path_init(void) {
 uint32_t path_next(void) { return history_next(); }
 bool path_has_back_limit(void) { return virtual_segment; }
 
-static void write_bound(hal_bound bound, int32_t coordinate) {
-    if (bounds[bound] != coordinate) {
-        bounds[bound] = coordinate;
-        hal_bound_write(bound, coordinate);
+void window_bound(hal_bound bound, int32_t value) {
+    if (bounds[bound] != value) {
+        bounds[bound] = value;
+        hal_bound_write(bound, value);
     }
-}
-
-/* A junction is a corner, and not tangent, if at the highest speed an axis would change its speed
-   by more than the start/stop speed. The machine can make a change of that size at once. */
-static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
-    uint32_t change = settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
-    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        int32_t step = a[axis] - b[axis];
-        if ((uint32_t)(step < 0 ? -step : step) > change)
-            return true;
-    }
-    return false;
-}
-
-/* Above the start/stop speed, a lower feed must be reached before the junction. */
-static void join_rates(uint32_t number) {
-    path_segment *a = in_window(number);
-    a->slows = in_window(number + 1)->rate < a->rate && a->rate > settings_start_rate();
-}
-
-/* Find what the junction between two segments of the window allows. */
-static void join(uint32_t number) {
-    path_segment *a = in_window(number);
-    const path_segment *b = in_window(number + 1);
-    join_rates(number);
-    /* Within an arc the highest speed is the same. */
-    a->corner = a->at.block != b->at.block &&
-                (a->tight || b->tight || is_corner(b->from, a->to));
 }
 
 /* Back limit of a segment from `from` to `to` on the jump axis; `back_limit` is that before it. */
@@ -151,15 +115,15 @@ static void make_virtual(void) {
     virtual_segment = above > 0;
     if (!virtual_segment)
         return;
-    low = FIRST_NUMBER - 1;
+    window_low = FIRST_NUMBER - 1;
     /* The front never passes it: any valid rate will do. */
     history_prepend(axis, -above, settings_start_rate());
     hal_segment move;
-    path_segment *s = in_window(low);
-    (void)history_make((path_place){low, 0}, &move, s);
+    path_segment *s = in_window(window_low);
+    (void)history_make((path_place){window_low, 0}, &move, s);
     s->start = oldest_start = -above;
     fresh_back_limit = back_limit_of(&move, -above, fresh_height + above, fresh_height, -above);
-    hal_slot_write(low % HAL_SLOTS, &move);
+    hal_slot_write(window_low % HAL_SLOTS, &move);
 }
 
 void path_forget(void) {
@@ -204,11 +168,11 @@ path_room path_has_room(void) {
     /* Drop the oldest block, if the others still cover a retraction from the front. */
     int32_t start = moved(oldest_start, history_oldest_length());
     int32_t front = hal_front();
-    uint32_t needed = limit + settings_get(SET_GAIN_PULSES);
+    uint32_t needed = (kept > limit ? kept : limit) + settings_get(SET_GAIN_PULSES);
     bool covered = difference(front, start) >= 0 && (uint32_t)difference(front, start) >= needed;
     if (!covered && difference(back_limit_in_force, start) < 0)
         return path_at_front() ? PATH_UNCOVERED : PATH_WAIT;
-    if (low == high || in_window(low)->at.block == history_oldest())
+    if (window_low == window_high || in_window(window_low)->at.block == history_oldest())
         return PATH_WAIT;
     history_drop();
     oldest_start = start;
@@ -219,28 +183,39 @@ uint32_t path_append(const path_move *move, uint32_t rate, bool rapid, bool disc
     return history_append(move, rate, rapid, !discharge && approach_leads_away(move));
 }
 
+uint32_t path_remembered(void) {
+    int32_t from = bounds[BOUND_BACK_LIMIT];
+    if (difference(oldest_start, from) > 0)
+        from = oldest_start;
+    int32_t length = known ? difference(hal_front(), from) : 0;
+    return length > 0 ? (uint32_t)length : 0;
+}
+
+void path_keep(uint32_t distance) { kept = distance; }
+
 void path_override(uint32_t feed, uint32_t rapid) {
     if (!history_override(feed, rapid))
         return;
-    pace.next = low;
+    pace.next = window_low;
     pace.active = true;
 }
 
 /* Give loaded segments their new rate. Segments that are loaded meanwhile already have it. */
 __attribute__((noinline)) static void renew_rates(void) {
-    if (pace.next < low)
-        pace.next = low;
-    for (unsigned count = 0; count < PACES && pace.next < high; count++, pace.next++) {
+    if (pace.next < window_low)
+        pace.next = window_low;
+    for (unsigned count = 0; count < PACES && pace.next < window_high; count++, pace.next++) {
         path_segment *s = in_window(pace.next);
         uint32_t rate = history_rate(s->at.block);
         hal_slot_pace(pace.next % HAL_SLOTS, s->length, rate);
         s->rate = s->bound && rate > s->bound ? s->bound : rate;
-        if (pace.next > low)
-            join_rates(pace.next - 1);
+        if (pace.next > window_low)
+            corners_join_rates(pace.next - 1);
     }
-    pace.active = pace.next < high;
+    pace.active = pace.next < window_high;
     /* The new rates change where the machine must slow down: find the fast range again. */
-    fast.known = fast.known && pace.active;
+    if (!pace.active)
+        corners_forget();
 }
 
 static void finish_scan(int32_t back_limit) {
@@ -248,7 +223,7 @@ static void finish_scan(int32_t back_limit) {
     fresh_back_limit = back_limit_in_force = back_limit;
     if (loaded > FIRST_NUMBER)
         entry_of(loaded - 1)->back_limit = back_limit;
-    write_bound(BOUND_BACK_LIMIT, back_limit);
+    window_bound(BOUND_BACK_LIMIT, back_limit);
 }
 
 void path_set_bounds(uint32_t new_limit, bool new_ceiling, int32_t new_height) {
@@ -292,50 +267,50 @@ bool path_bounds_step(void) {
 
 /* Number of the machine's segment, by the gateware's slot. It may be empty at the end. */
 static uint32_t current(void) {
-    uint32_t number = low + (hal_slot() - low) % HAL_SLOTS;
-    return number < high ? number : high - 1;
+    uint32_t number = window_low + (hal_slot() - window_low) % HAL_SLOTS;
+    return number < window_high ? number : window_high - 1;
 }
 
 void path_note_work(bool touched) {
-    if (!known || low == high)
+    if (!known || window_low == window_high)
         return;
     uint32_t number = current();
     bool stands = hal_position() == in_window(number)->start;
-    if (stands && !touched && number > low)
+    if (stands && !touched && number > window_low)
         number--;
     if (!in_window(number)->away && !(stands && touched))
         approach_note(in_window(number)->way);
 }
 
 void path_note_touch(void) {
-    if (known && low != high && hal_position() != in_window(current())->start)
+    if (known && window_low != window_high && hal_position() != in_window(current())->start)
         approach_note(in_window(current())->way);
 }
 
 /* Drop a segment, unless the machine is beyond the new bound: it must not reach a free slot. */
 static bool drop_low(void) {
-    int32_t was = bounds[BOUND_BEHIND], now = in_window(low + 1)->start;
+    int32_t was = bounds[BOUND_BEHIND], now = in_window(window_low + 1)->start;
     if (difference(bounds[BOUND_FAST_BEHIND], now) < 0)
-        write_bound(BOUND_FAST_BEHIND, now);
-    write_bound(BOUND_BEHIND, now);
+        window_bound(BOUND_FAST_BEHIND, now);
+    window_bound(BOUND_BEHIND, now);
     if (difference(hal_command(), now) >= 0 && difference(hal_position(), now) >= 0) {
-        low++;
+        window_low++;
         return true;
     }
-    write_bound(BOUND_BEHIND, was);
+    window_bound(BOUND_BEHIND, was);
     return false;
 }
 
 static bool drop_high(void) {
-    int32_t was = bounds[BOUND_AHEAD], now = in_window(high - 1)->start;
+    int32_t was = bounds[BOUND_AHEAD], now = in_window(window_high - 1)->start;
     if (difference(bounds[BOUND_FAST_AHEAD], now) > 0)
-        write_bound(BOUND_FAST_AHEAD, now);
-    write_bound(BOUND_AHEAD, now);
+        window_bound(BOUND_FAST_AHEAD, now);
+    window_bound(BOUND_AHEAD, now);
     if (difference(hal_command(), now) <= 0 && difference(hal_position(), now) <= 0) {
-        high--;
+        window_high--;
         return true;
     }
-    write_bound(BOUND_AHEAD, was);
+    window_bound(BOUND_AHEAD, was);
     return false;
 }
 
@@ -353,8 +328,8 @@ static bool load_high(void) {
     path_segment made;
     hal_segment move;
     path_place at = fresh;
-    if (high != loaded) {
-        at = in_window(high - 1)->at;
+    if (window_high != loaded) {
+        at = in_window(window_high - 1)->at;
         if (!history_ready(at))
             return true;
         at = history_following(at);
@@ -363,98 +338,65 @@ static bool load_high(void) {
         return true;
     if (move.arc)
         watch_between();
-    made.start = high == loaded ? fresh_start : end_of(high - 1);
-    if (high - low == HAL_SLOTS && !drop_low())
+    made.start = window_high == loaded ? fresh_start : end_of(window_high - 1);
+    if (window_high - window_low == HAL_SLOTS && !drop_low())
         return false;
-    *in_window(high) = made;
-    if (high > low)
-        join(high - 1);
-    hal_slot_write(high % HAL_SLOTS, &move);
-    if (high == loaded)
+    *in_window(window_high) = made;
+    if (window_high > window_low)
+        corners_join(window_high - 1);
+    hal_slot_write(window_high % HAL_SLOTS, &move);
+    if (window_high == loaded)
         begin_entry(&move);
-    high++;
-    write_bound(BOUND_AHEAD, end_of(high - 1));
+    window_high++;
+    window_bound(BOUND_AHEAD, end_of(window_high - 1));
     return true;
 }
 
 static bool load_low(void) {
     path_segment made;
     hal_segment move;
-    path_place at = in_window(low)->at;
+    path_place at = in_window(window_low)->at;
     if (!history_preceding(&at) || !history_make(at, &move, &made))
         return true;
     if (move.arc)
         watch_between();
-    made.start = moved_back(in_window(low)->start, made.length);
-    if (high - low == HAL_SLOTS && !drop_high())
+    made.start = moved_back(in_window(window_low)->start, made.length);
+    if (window_high - window_low == HAL_SLOTS && !drop_high())
         return false;
-    low--;
-    *in_window(low) = made;
-    join(low);
-    hal_slot_write(low % HAL_SLOTS, &move);
-    write_bound(BOUND_BEHIND, made.start);
+    window_low--;
+    *in_window(window_low) = made;
+    corners_join(window_low);
+    hal_slot_write(window_low % HAL_SLOTS, &move);
+    window_bound(BOUND_BEHIND, made.start);
     return true;
 }
 
 static bool move_window(uint32_t at, bool backward) {
     uint32_t behind = backward ? FAR_SIDE : NEAR_SIDE, ahead = backward ? NEAR_SIDE : FAR_SIDE;
-    bool full = high - low == HAL_SLOTS;
-    bool more_high = high != loaded || fresh.block != history_next();
-    bool more_low = low < high &&
-                    (in_window(low)->at.block != history_oldest() || in_window(low)->at.piece);
-    if (more_high && high <= at + ahead && (!full || low + behind < at) && load_high())
+    bool full = window_high - window_low == HAL_SLOTS;
+    bool more_high = window_high != loaded || fresh.block != history_next();
+    bool more_low = window_low < window_high &&
+                    (in_window(window_low)->at.block != history_oldest() ||
+                     in_window(window_low)->at.piece);
+    if (more_high && window_high <= at + ahead && (!full || window_low + behind < at) &&
+        load_high())
         return true;
-    return more_low && low + behind > at && (!full || high > at + ahead + 1) && load_low();
-}
-
-/* Extend the fast range as far as the junctions allow. */
-static void spread(void) {
-    if (fast.to >= high)
-        fast.to = high - 1;
-    if (fast.from < low)
-        fast.from = low;
-    while (fast.to + 1 < high && !in_window(fast.to)->corner && !in_window(fast.to)->slows)
-        fast.to++;
-    while (fast.from > low && !in_window(fast.from - 1)->corner)
-        fast.from--;
-}
-
-/* Find where the machine must be slow next, in each direction. The range found before is extended:
-   a search of the whole window after each segment would take longer than to make the segment. */
-static void update_corners(uint32_t at) {
-    if (!fast.known || fast.at != at || fast.low != low || fast.high != high) {
-        if (fast.known)
-            spread();
-        if (!fast.known || at < fast.from || at > fast.to) {
-            fast.from = fast.to = at;
-            spread();
-        }
-        /* After a move back, lower feeds ahead may lie inside the range. */
-        for (uint32_t number = at; fast.known && number < fast.at && number < fast.to; number++)
-            if (in_window(number)->slows)
-                fast.to = number;
-        fast.known = true;
-        fast.at = at;
-        fast.low = low;
-        fast.high = high;
-        write_bound(BOUND_FAST_AHEAD, end_of(fast.to));
-        write_bound(BOUND_FAST_BEHIND, in_window(fast.from)->start);
-    }
-    hal_fast_slot(at % HAL_SLOTS);
+    return more_low && window_low + behind > at && (!full || window_high > at + ahead + 1) &&
+           load_low();
 }
 
 bool path_step(void) {
     if (!known || history_empty())
         return false;
-    if (low == high)
-        return move_window(low, false);
+    if (window_low == window_high)
+        return move_window(window_low, false);
     if (pace.active) {
         renew_rates();
         return true;
     }
     hal_motion_state state = hal_motion_read().state;
     bool moving = move_window(current(), state != MOTION_FRONT && state < MOTION_HIGH);
-    update_corners(current());
+    corners_update(current());
     return moving;
 }
 
@@ -465,7 +407,7 @@ uint32_t path_entered_slot(unsigned slot) {
         return front_block();
     entered = number;
     back_limit_in_force = entry_of(number)->back_limit;
-    write_bound(BOUND_BACK_LIMIT, back_limit_in_force);
+    window_bound(BOUND_BACK_LIMIT, back_limit_in_force);
     return entry_of(number)->block;
 }
 
@@ -481,11 +423,13 @@ uint32_t path_reached(void) {
 
 bool path_at_front(void) {
     hal_motion motion = hal_motion_read();
-    return !known || (motion.state == MOTION_FRONT && !motion.moving && high == loaded &&
+    return !known || (motion.state == MOTION_FRONT && !motion.moving && window_high == loaded &&
                       fresh.block == history_next() && hal_position() == fresh_start);
 }
 
-static bool goes_on(void) { return known && low != high && hal_position() != bounds[BOUND_AHEAD]; }
+static bool goes_on(void) {
+    return known && window_low != window_high && hal_position() != bounds[BOUND_AHEAD];
+}
 
 uint32_t path_free(void) {
     /* The machine's own block counts as free: the machine is leaving it, or nothing follows it. */
@@ -494,7 +438,7 @@ uint32_t path_free(void) {
 }
 
 bool path_goes_on(void) {
-    return goes_on() && !pace.active && fast.known && hal_slot() == fast.at % HAL_SLOTS;
+    return goes_on() && !pace.active && corners_known_in(hal_slot());
 }
 
 uint32_t path_pace(void) { return goes_on() ? in_window(current())->rate : 0; }

@@ -35,6 +35,13 @@ path_room path_has_room(void);
    off, it is marked if it leads away from the work. */
 uint32_t path_append(const path_move *move, uint32_t rate, bool rapid, bool discharge);
 
+/* How far back from the front the machine can go along the path: to the oldest point remembered, or
+   to the back limit. */
+uint32_t path_remembered(void);
+
+/* Remember at least so much of the path behind the front, until it is 0 or the path is forgotten. */
+void path_keep(uint32_t distance);
+
 /* Scale every feed and every rapid by these percentages, also in the present segment: in force
    after a few steps. Retractions have speeds of their own. */
 void path_override(uint32_t feed, uint32_t rapid);

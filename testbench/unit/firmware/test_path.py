@@ -150,6 +150,7 @@ def test_path_of_a_wire_begins_at_its_first_point():
 
 
 def test_corners_bound_the_fast_motion(machine):
+    machine.line(assign("corner_deviation_nm", 0))
     load(machine, "G91 G01 F60", "X1", "X1 Y.01", "Y1", "X-1", "Y.5", "M02")
     assert machine.bound("fast_behind") == 0, "the first point is a corner to the way up"
     junctions = [10_000, 20_000]
@@ -376,6 +377,7 @@ def test_blocks_are_numbered_by_their_first_segment(machine):
 def test_tangent_junctions_do_not_bound_the_speed(machine):
     """Line, quarter, line: only the last junction is a corner; inside the arc there is none."""
     machine.line(assign("arc_deviation_nm", 0))
+    machine.line(assign("corner_deviation_nm", 0))
     radius = 40_000
     program = Program(machine, [line(1000, 0, 0), quarter(radius), line(0, 1000, 0),
                                 line(1000, 0, 0)])

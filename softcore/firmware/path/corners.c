@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "path/corners.h"
+
+#include "base/settings.h"
+#include "base/units.h"
+#include "path/window.h"
+
+/* Corners behind the next one that are looked at: their zones may begin before it. */
+#define NEAR 8
+
+/* The range in which the machine may be fast. */
+static struct {
+    bool known;
+    uint32_t at;        /* the machine's segment when the range was found */
+    uint32_t low, high; /* the window at that time */
+    uint32_t from, to;  /* first and last segment of the range */
+    bool leaves;        /* the machine is just behind a corner: look again */
+} fast;
+
+void corners_forget(void) { fast.known = false; }
+
+bool corners_known_in(unsigned slot) {
+    return fast.known && !fast.leaves && slot == fast.at % HAL_SLOTS;
+}
+
+/* A junction is a corner, and not tangent, if at the highest speed an axis would change its speed
+   by more than the start/stop speed. The machine can make a change of that size at once. */
+static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
+    uint32_t change = settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t step = a[axis] - b[axis];
+        if ((uint32_t)(step < 0 ? -step : step) > change)
+            return true;
+    }
+    return false;
+}
+
+/* The rate at which drives round a junction by no more than the setting; 0 if it is not below the
+   highest. The rounding grows with the sine of the angle up to 90 degrees, and no more behind. */
+static uint32_t turn_rate(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
+    uint64_t square = 0; /* of the chord between the directions, 2**-30; then of the sine */
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int64_t step = a[axis] - b[axis];
+        square += (uint64_t)(step * step);
+    }
+    uint32_t upright = settings_corner_rate(), least = settings_corner_sine();
+    if (square >= 2u << 30)
+        return least < 1u << 15 ? upright : 0;
+    square -= square * square >> 32;
+    if (square <= (uint64_t)least * least)
+        return 0;
+    return (uint32_t)units_quotient((uint64_t)upright << 15, units_root(square));
+}
+
+/* Above the start/stop speed, a lower feed must be reached before the junction. */
+void corners_join_rates(uint32_t number) {
+    path_segment *a = in_window(number);
+    a->slows = in_window(number + 1)->rate < a->rate && a->rate > settings_start_rate();
+}
+
+void corners_join(uint32_t number) {
+    path_segment *a = in_window(number);
+    const path_segment *b = in_window(number + 1);
+    corners_join_rates(number);
+    /* Within an arc the highest speed is the same. */
+    bool within = a->at.block == b->at.block;
+    a->turn = within ? 0 : turn_rate(b->from, a->to);
+    a->corner = !within && (a->turn || a->tight || b->tight || is_corner(b->from, a->to));
+}
+
+/* Extend the fast range as far as the junctions allow. */
+static void spread(void) {
+    if (fast.to >= window_high)
+        fast.to = window_high - 1;
+    if (fast.from < window_low)
+        fast.from = window_low;
+    while (fast.to + 1 < window_high && !in_window(fast.to)->corner &&
+           !in_window(fast.to)->slows)
+        fast.to++;
+    while (fast.from > window_low && !in_window(fast.from - 1)->corner)
+        fast.from--;
+}
+
+/* A place where the machine must be slow, and the bound of its rate from there on, 0 for none. */
+typedef struct {
+    int32_t at;
+    uint32_t rate;
+} slow_place;
+
+/* Pulses at the rate of a corner in a time. */
+static uint32_t way_of(uint32_t rate, uint32_t clocks) {
+    uint32_t start = settings_start_rate();
+    return (uint32_t)((uint64_t)clocks * (rate < start ? rate : start) >> 32);
+}
+
+static void slower(slow_place *place, int32_t at, uint32_t rate, bool sooner) {
+    if (sooner)
+        place->at = at;
+    if (!place->rate || rate < place->rate)
+        place->rate = rate;
+}
+
+/* The corner at the end of a segment, and those behind it whose zones begin before it. */
+static slow_place slow_ahead(uint32_t to) {
+    int32_t border = end_of(to);
+    slow_place place = {border, 0};
+    for (uint32_t number = to; number + 1 < window_high && number < to + NEAR; number++) {
+        uint32_t rate = in_window(number)->turn;
+        int32_t at = moved_back(end_of(number), way_of(rate, settings_corner_before()));
+        if (rate && (number == to || difference(at, border) < 0))
+            slower(&place, at, rate, difference(at, place.at) < 0);
+    }
+    return place;
+}
+
+/* The same for the way back from the start of a segment. */
+static slow_place slow_behind(uint32_t from) {
+    int32_t border = in_window(from)->start;
+    slow_place place = {border, 0};
+    for (uint32_t number = from; number > window_low && number + NEAR > from; number--) {
+        uint32_t rate = in_window(number - 1)->turn;
+        int32_t at = moved(in_window(number)->start, way_of(rate, settings_corner_before()));
+        if (rate && (number == from || difference(at, border) > 0))
+            slower(&place, at, rate, difference(at, place.at) > 0);
+    }
+    return place;
+}
+
+/* In the unit of the bound, where 0 is none. */
+static int32_t bound_of(uint32_t rate) { return (int32_t)(rate ? (rate >> 4) + !(rate >> 4) : 0); }
+
+/* The machine has just passed a corner, either way, and must still be slow. */
+static bool leaves(uint32_t at, slow_place *ahead, slow_place *behind) {
+    const path_segment *s = in_window(at);
+    /* At the first point of the path the machine begins from rest. */
+    bool first = at == window_low || s->start == 0;
+    uint32_t entry = first ? 0 : in_window(at - 1)->turn, exit = s->turn;
+    int32_t position = hal_position();
+    int32_t from = moved(s->start, way_of(entry, settings_corner_behind()));
+    int32_t to = moved_back(end_of(at), way_of(exit, settings_corner_behind()));
+    bool begins = entry && difference(from, position) > 0;
+    bool ends = exit && at + 1 < window_high && difference(position, to) > 0;
+    if (begins) {
+        if (difference(ahead->at, from) > 0)
+            ahead->rate = 0;
+        slower(ahead, s->start, entry, true);
+    }
+    if (ends) {
+        if (difference(to, behind->at) > 0)
+            behind->rate = 0;
+        slower(behind, end_of(at), exit, true);
+    }
+    return begins || ends;
+}
+
+/* The range found before is extended: a search of the whole window after each segment would take
+   longer than to make the segment. */
+void corners_update(uint32_t at) {
+    if (!fast.known || fast.at != at || fast.low != window_low || fast.high != window_high ||
+        fast.leaves) {
+        if (fast.known)
+            spread();
+        if (!fast.known || at < fast.from || at > fast.to) {
+            fast.from = fast.to = at;
+            spread();
+        }
+        /* After a move back, lower feeds ahead may lie inside the range. */
+        for (uint32_t number = at; fast.known && number < fast.at && number < fast.to; number++)
+            if (in_window(number)->slows)
+                fast.to = number;
+        fast.known = true;
+        fast.at = at;
+        fast.low = window_low;
+        fast.high = window_high;
+        slow_place ahead = slow_ahead(fast.to), behind = slow_behind(fast.from);
+        fast.leaves = leaves(at, &ahead, &behind);
+        window_bound(BOUND_FAST_AHEAD, ahead.at);
+        window_bound(BOUND_FAST_BEHIND, behind.at);
+        window_bound(BOUND_FAST_AHEAD_RATE, bound_of(ahead.rate));
+        window_bound(BOUND_FAST_BEHIND_RATE, bound_of(behind.rate));
+    }
+    hal_fast_slot(at % HAL_SLOTS);
+}
