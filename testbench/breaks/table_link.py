@@ -190,8 +190,7 @@ LINK = (
         "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
         ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
          "more steps than pulses are not in force"),
-        ("before == value && SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES",
-         "before == value && false",
+        ("before == value && group == GROUP_DRIVES", "before == value && false",
          "the same value leaves the gear"),
     ),
     *breaks_of(
@@ -200,6 +199,16 @@ LINK = (
          "the bound on arcs of the plain loop is that of the plain loop"),
         (" - lag * 20000 / 9", "", "the bound on arcs knows the drive's lag"),
         ("percent * percent * 100", "percent * 10000", "the bound on arcs follows from the share"),
+    ),
+    *breaks_of(
+        "softcore/firmware/base/settings.c", "unit/firmware/test_corners.py",
+        ("(100 - percent) * loop_us", "loop_us", "a corner follows from the loop in force"),
+        ("group == GROUP_MOTION || group == GROUP_LOOP", "group == GROUP_LOOP",
+         "a corner follows from the highest speed"),
+        ("caught_up > died_away ? caught_up : died_away", "caught_up",
+         "the error of the drive's model dies away before a corner"),
+        ("fine += !fine && values[SET_CORNER_DEVIATION_NM];\n", "",
+         "the least deviation is a bound"),
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,

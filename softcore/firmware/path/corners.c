@@ -23,21 +23,10 @@ bool corners_known_in(unsigned slot) {
     return fast.known && !fast.leaves && slot == fast.at % HAL_SLOTS;
 }
 
-/* A junction is a corner, and not tangent, if at the highest speed an axis would change its speed
-   by more than the start/stop speed. The machine can make a change of that size at once. */
-static bool is_corner(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
-    uint32_t change = settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
-    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        int32_t step = a[axis] - b[axis];
-        if ((uint32_t)(step < 0 ? -step : step) > change)
-            return true;
-    }
-    return false;
-}
-
 /* The rate at which drives round a junction by no more than the setting; 0 if it is not below the
    highest. The rounding grows with the sine of the angle up to 90 degrees, and no more behind. */
-static uint32_t turn_rate(const int32_t a[HAL_AXES], const int32_t b[HAL_AXES]) {
+__attribute__((noinline)) static uint32_t turn_rate(const int32_t a[HAL_AXES],
+                                                    const int32_t b[HAL_AXES]) {
     uint64_t square = 0; /* of the chord between the directions, 2**-30; then of the sine */
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         int64_t step = a[axis] - b[axis];
@@ -58,14 +47,29 @@ void corners_join_rates(uint32_t number) {
     a->slows = in_window(number + 1)->rate < a->rate && a->rate > settings_start_rate();
 }
 
+/* A junction is a corner, and not tangent, if at the highest speed an axis would change its speed
+   by more than the start/stop speed, which the machine can do at once, or if the lag of the drives
+   would round it by more than the setting. Within an arc the highest speed is the same. */
 void corners_join(uint32_t number) {
     path_segment *a = in_window(number);
     const path_segment *b = in_window(number + 1);
     corners_join_rates(number);
-    /* Within an arc the highest speed is the same. */
-    bool within = a->at.block == b->at.block;
-    a->turn = within ? 0 : turn_rate(b->from, a->to);
-    a->corner = !within && (a->turn || a->tight || b->tight || is_corner(b->from, a->to));
+    a->turn = 0;
+    a->corner = false;
+    if (a->at.block == b->at.block)
+        return;
+    uint32_t sum = 0, most = 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t step = b->from[axis] - a->to[axis];
+        uint32_t size = (uint32_t)(step < 0 ? -step : step);
+        sum += size;
+        most = size > most ? size : most;
+    }
+    /* The chord, and the sine, are at most the sum. */
+    if (sum > settings_corner_sine())
+        a->turn = turn_rate(b->from, a->to);
+    a->corner = a->turn || a->tight || b->tight ||
+                most > settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
 }
 
 /* Extend the fast range as far as the junctions allow. */
@@ -101,26 +105,30 @@ static void slower(slow_place *place, int32_t at, uint32_t rate, bool sooner) {
 }
 
 /* The corner at the end of a segment, and those behind it whose zones begin before it. */
-static slow_place slow_ahead(uint32_t to) {
+__attribute__((noinline)) static slow_place slow_ahead(uint32_t to) {
     int32_t border = end_of(to);
     slow_place place = {border, 0};
     for (uint32_t number = to; number + 1 < window_high && number < to + NEAR; number++) {
         uint32_t rate = in_window(number)->turn;
+        if (!rate)
+            continue;
         int32_t at = moved_back(end_of(number), way_of(rate, settings_corner_before()));
-        if (rate && (number == to || difference(at, border) < 0))
+        if (number == to || difference(at, border) < 0)
             slower(&place, at, rate, difference(at, place.at) < 0);
     }
     return place;
 }
 
 /* The same for the way back from the start of a segment. */
-static slow_place slow_behind(uint32_t from) {
+__attribute__((noinline)) static slow_place slow_behind(uint32_t from) {
     int32_t border = in_window(from)->start;
     slow_place place = {border, 0};
     for (uint32_t number = from; number > window_low && number + NEAR > from; number--) {
         uint32_t rate = in_window(number - 1)->turn;
+        if (!rate)
+            continue;
         int32_t at = moved(in_window(number)->start, way_of(rate, settings_corner_before()));
-        if (rate && (number == from || difference(at, border) > 0))
+        if (number == from || difference(at, border) > 0)
             slower(&place, at, rate, difference(at, place.at) > 0);
     }
     return place;
@@ -129,28 +137,30 @@ static slow_place slow_behind(uint32_t from) {
 /* In the unit of the bound, where 0 is none. */
 static int32_t bound_of(uint32_t rate) { return (int32_t)(rate ? (rate >> 4) + !(rate >> 4) : 0); }
 
-/* The machine has just passed a corner, either way, and must still be slow. */
-static bool leaves(uint32_t at, slow_place *ahead, slow_place *behind) {
+/* The machine has just passed the corner at `corner`, either way (`behind`: its distance from it),
+   and must still be slow there. `next` is the place before the next one. */
+__attribute__((noinline)) static bool leaves(slow_place *next, int32_t corner, uint32_t rate, int32_t behind, bool forward) {
+    int32_t way = (int32_t)way_of(rate, settings_corner_behind());
+    if (behind >= way)
+        return false;
+    int32_t until = forward ? moved(corner, (uint32_t)way) : moved_back(corner, (uint32_t)way);
+    int32_t apart = forward ? difference(next->at, until) : difference(until, next->at);
+    if (apart > 0)
+        next->rate = 0;
+    slower(next, corner, rate, true);
+    return true;
+}
+
+static bool leaves_corner(uint32_t at, slow_place *ahead, slow_place *behind) {
     const path_segment *s = in_window(at);
+    int32_t begin = s->start, end = end_of(at), position = hal_position();
+    bool slow = false;
     /* At the first point of the path the machine begins from rest. */
-    bool first = at == window_low || s->start == 0;
-    uint32_t entry = first ? 0 : in_window(at - 1)->turn, exit = s->turn;
-    int32_t position = hal_position();
-    int32_t from = moved(s->start, way_of(entry, settings_corner_behind()));
-    int32_t to = moved_back(end_of(at), way_of(exit, settings_corner_behind()));
-    bool begins = entry && difference(from, position) > 0;
-    bool ends = exit && at + 1 < window_high && difference(position, to) > 0;
-    if (begins) {
-        if (difference(ahead->at, from) > 0)
-            ahead->rate = 0;
-        slower(ahead, s->start, entry, true);
-    }
-    if (ends) {
-        if (difference(to, behind->at) > 0)
-            behind->rate = 0;
-        slower(behind, end_of(at), exit, true);
-    }
-    return begins || ends;
+    if (at > window_low && begin && in_window(at - 1)->turn)
+        slow = leaves(ahead, begin, in_window(at - 1)->turn, difference(position, begin), true);
+    if (at + 1 < window_high && s->turn)
+        slow |= leaves(behind, end, s->turn, difference(end, position), false);
+    return slow;
 }
 
 /* The range found before is extended: a search of the whole window after each segment would take
@@ -172,8 +182,13 @@ void corners_update(uint32_t at) {
         fast.at = at;
         fast.low = window_low;
         fast.high = window_high;
-        slow_place ahead = slow_ahead(fast.to), behind = slow_behind(fast.from);
-        fast.leaves = leaves(at, &ahead, &behind);
+        /* At the ends of the window there are no corners, as on long straight paths. */
+        slow_place ahead = {end_of(fast.to), 0}, behind = {in_window(fast.from)->start, 0};
+        if (fast.to + 1 < window_high)
+            ahead = slow_ahead(fast.to);
+        if (fast.from > window_low)
+            behind = slow_behind(fast.from);
+        fast.leaves = leaves_corner(at, &ahead, &behind);
         window_bound(BOUND_FAST_AHEAD, ahead.at);
         window_bound(BOUND_FAST_BEHIND, behind.at);
         window_bound(BOUND_FAST_AHEAD_RATE, bound_of(ahead.rate));
