@@ -205,7 +205,7 @@ LINK = (
         ("(100 - percent) * loop_us", "loop_us", "a corner follows from the loop in force"),
         ("group == GROUP_MOTION || group == GROUP_LOOP", "group == GROUP_LOOP",
          "a corner follows from the highest speed"),
-        ("caught_up > died_away ? caught_up : died_away", "caught_up",
+        ("caught_up > died_away ? caught", "caught_up < died_away ? caught",
          "the error of the drive's model dies away before a corner"),
         ("fine += !fine && values[SET_CORNER_DEVIATION_NM];\n", "",
          "the least deviation is a bound"),

@@ -49,12 +49,12 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-        "ulx3s": BoardBudget(luts=25_875, lut4=15_261, ccu2c=3971, ff=13_023, ram=198, bram=151,
-                         dsp=4, mhz=47.5),
-        "ulx3s_45f": BoardBudget(luts=25_842, lut4=15_248, ccu2c=3964, ff=13_024, ram=198, bram=107,
-                             dsp=4, mhz=44.3),
-        "colorlight_i9": BoardBudget(luts=25_865, lut4=15_267, ccu2c=3966, ff=13_024, ram=198,
-                                 bram=107, dsp=4, mhz=51.2),
+        "ulx3s": BoardBudget(luts=26_285, lut4=15_553, ccu2c=4026, ff=13_251, ram=198, bram=151,
+                         dsp=4, mhz=47.3),
+        "ulx3s_45f": BoardBudget(luts=26_328, lut4=15_606, ccu2c=4021, ff=13_252, ram=198, bram=107,
+                             dsp=4, mhz=53.5),
+        "colorlight_i9": BoardBudget(luts=26_315, lut4=15_587, ccu2c=4022, ff=13_252, ram=198,
+                                 bram=107, dsp=4, mhz=51.6),
 }
 
 

@@ -180,4 +180,4 @@ def test_the_least_deviation_still_moves(wire):
     wire.line(assign("feed_forward", 0))
     wire.line(assign("loop_gain", 10))
     load(wire, "G91 G01 F60", "X1", "Y1", "M02")
-    assert told(wire, "ahead")[1] > 0
+    assert wire.bound("fast_ahead_rate") > 0
