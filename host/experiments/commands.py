@@ -110,6 +110,20 @@ def experiment_shorts(
     shorts(seeds=seeds, folder=folder, console=out)
 
 
+@experiment_app.command("servo")
+def experiment_servo(
+    seeds: Seeds = 5,
+    folder: Folder = Path("build/experiments/servo"),
+) -> None:
+    """Hold the gap by the servo P1 with velocity feed-forward and in the plain loop.
+
+    With several steps and times between them, and the same seeds: stability of the gap, shares of
+    the pulse classes, removal and retractions. Takes minutes for each seed, on all cores.
+    """
+    from host.experiments.servo import servo
+    servo(seeds=seeds, folder=folder, console=out)
+
+
 @experiment_app.command("networks")
 def experiment_networks(
     jobs: Annotated[int, typer.Option(

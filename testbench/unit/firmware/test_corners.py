@@ -80,6 +80,13 @@ def test_a_bend_that_needs_no_bound_at_the_highest_speed_is_none(wire, degrees):
     assert told(wire, "ahead") == (pytest.approx(20_000, abs=2), None)
 
 
+def test_a_gentle_bend_between_the_axes_is_none(wire):
+    """Its sine counts, and not the sum of what the axes change."""
+    x, y = (math.sqrt(2) * part(math.radians(50)) for part in (math.cos, math.sin))
+    load(wire, "G91 G01 F60", "X1 Y1", f"X{x:.4f} Y{y:.4f}", "M02")
+    assert told(wire, "ahead")[1] is None
+
+
 @pytest.mark.parametrize(("line", "lag_s", "deviation_um", "loop_s"), [
     (assign("feed_forward", 0), 1 / 50 * SLOWER, DEVIATION_UM, LOOP_S),
     (assign("feed_forward", 50), 1 / 100 * SLOWER + LAG_S / 2, DEVIATION_UM, LOOP_S),
