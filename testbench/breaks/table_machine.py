@@ -318,7 +318,8 @@ MACHINE = (
          "a corner far behind the next one waits"),
         ("begin && in_window(at - 1)->turn)", "0)", "the speed is kept behind a corner"),
         ("window_high && s->turn)", "window_high && !s->turn)", "... and on the way back"),
-        ("        next->rate = 0;\n", "        next->rate += 0;\n", "behind a bend its own speed counts"),
+        ("        next->rate = 0;\n", "        next->rate += 0;\n",
+         "behind a bend its own speed counts"),
         ("rate < place->rate", "rate > place->rate", "the lower speed of two corners counts"),
     ),
     *breaks_of(
