@@ -21,10 +21,11 @@ SLOW = frozenset({
     "host/test_tune", "plant/test_gap", "plant/test_ignition", "project/test_boards",
     "project/test_pages", "project/test_types", "rtl/test_axis", "rtl/test_condition_switch",
     "rtl/test_constant_removal", "rtl/test_dac", "rtl/test_discriminator", "rtl/test_fluid",
-    "rtl/test_from_ignition", "rtl/test_motion_forward", "rtl/test_preset_counter",
-    "rtl/test_preset_counter_race", "rtl/test_ramp", "rtl/test_removal", "rtl/test_retraction",
-    "rtl/test_retraction_contact", "rtl/test_retraction_orders", "rtl/test_retraction_ramps",
-    "rtl/test_retraction_servo", "rtl/test_sampler", "rtl/test_supervision",
+    "rtl/test_from_ignition", "rtl/test_from_ignition_many", "rtl/test_motion_forward",
+    "rtl/test_preset_counter", "rtl/test_preset_counter_race", "rtl/test_ramp",
+    "rtl/test_removal", "rtl/test_retraction", "rtl/test_retraction_contact",
+    "rtl/test_retraction_orders", "rtl/test_retraction_ramps", "rtl/test_retraction_servo",
+    "rtl/test_sampler", "rtl/test_supervision",
     "simulators/test_whole_tests", "softcore/test_cpu", "softcore/test_link_decoder",
     "softcore/test_memory"})
 

@@ -9,9 +9,9 @@ from amaranth import Cat, ClockDomain, Module, Signal
 from rtl.gap.discriminator import Discriminator
 from rtl.power.pulse_generator import PulseGenerator
 from testbench.models import discriminator as classes
+from testbench.native.from_ignition import BACK, OUT
 from testbench.simulators.benches import settle
 
-OUT, BACK = 1, 3    # clocks from a gate to its pin, and from a comparator's pin (``rtl.pads``)
 PAUSE = 6
 
 
