@@ -17,11 +17,12 @@ from host.experiments.common import in_parallel, markdown, summed_up, value_with
 from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped
+from host.run.workpiece import Columns
 from host.tape.tape import encode
 from testbench.native.simulation import Simulation
 from testbench.punch import TAPES
 
-__all__ = ["PLACES", "UNSEEN", "Cut", "Spark", "cut", "figures_of"]
+__all__ = ["PLACES", "UNSEEN", "Cut", "Spark", "cut", "figures_of", "with_words"]
 
 OPEN, BURNING, ARCING, SHORTED = range(1, 5)   # ``plant::Gap::State``
 UNSEEN = 5      # clocks from an ignition to the generator: pads, and the simulated machine's own
@@ -60,14 +61,23 @@ class Spark:
 
 @dataclass(frozen=True)
 class Cut:
-    """Result of a run: sparks, classes (open, ok, dame, short), and what was removed."""
+    """Result of a run: sparks, classes (open, ok, dame, short), and what was removed.
 
+    ``shorts`` is how often Ss rose. ``trace`` and ``workpiece`` are as the simulation gives them,
+    and ``counted`` and ``spark_uj`` are the plant's own number and energy of sparks.
+    """
+
+    outcome: str
     sparks: list[Spark]
     pulses: int
     classes: tuple[int, ...]
     clock_hz: int
     removed_mm3: float
-    retractions: int
+    shorts: int
+    trace: Columns
+    workpiece: Columns
+    counted: int
+    spark_uj: float
 
     def times_us(self, *ends):
         """Burning times of the sparks that ended so."""
@@ -79,30 +89,38 @@ class Cut:
         return fmean(times), pstdev(times) / fmean(times)
 
 
-def cut(place: str, words: str, *, seconds: float, seed: int = 1) -> Cut:
-    """Run the beginning of a tape with a condition that has other words, such as ``A1``."""
+def cut(place: str, words: str, *, seconds: float | None, seed: int = 1) -> Cut:
+    """Run a tape with a condition that has other words, such as ``A1``; None: to its end."""
     name, tape, condition, row = PLACES[place]
+    row = with_words(row, words)
     machine = machines.load(name)
     text = (TAPES / f"{tape}.nc").read_text(encoding="utf-8")
     assert f" {condition}\n" in text
-    text = text.replace(f" {condition}\n", f" {row} {words}\nC900\n")
+    text = text.replace(f" {condition}\n", f" {row}\nC900\n")
     with Simulation(machine=machine.tables, clock_hz=machine.clock_hz, seed=seed) as session:
         session.watch(WATCHED)
         done = Run(machine, encode(text), Piped(session), until_s=seconds)
         done.execute()
-        assert done.alarm is None, done.alarm
         changes, trace, clock_hz = session.changes(), session.trace(), session.clock_hz
-    found, pulses = _sparks(changes, _wait(row, words, clock_hz))
+        workpiece = session.workpiece()
+        own = int(session.get("read.sparks")), session.get("read.spark_uj")
+    found, pulses = _sparks(changes, _wait(row, clock_hz))
     counts = dict.fromkeys(COUNTS, 0)
     counts.update({name: value for _, name, value in changes if name in counts})
     shorts = sum(name == "gap_status_shorted" and value for _, name, value in changes)
-    return Cut(found, pulses, tuple(counts.values()), clock_hz, float(trace["removed_mm3"][-1]),
-               shorts)
+    return Cut(done.outcome, found, pulses, tuple(counts.values()), clock_hz,
+               float(trace["removed_mm3"][-1]), shorts, trace, workpiece, *own)
 
 
-def _wait(row, words, clock_hz):
+def with_words(row: str, words: str) -> str:
+    """Row of a condition with other words, each in the place of that of its letter."""
+    order, *own = row.split()
+    return " ".join([order, *{word[0]: word for word in [*own, *words.split()]}.values()])
+
+
+def _wait(row, clock_hz):
     """Clocks of the longest wait, or 0."""
-    letters = {word[0]: word[1:] for word in f"{row} {words}".split()[1:]}
+    letters = {word[0]: word[1:] for word in row.split()[1:]}
     if letters.get("A", "0") == "0":
         return 0
     return round(float(letters.get("B", letters["P"])) * clock_hz / 1e6)
@@ -153,6 +171,7 @@ def figures_of(trial: tuple[str, str, int, float]) -> dict:
     """Figures of a run, by the names of ``FIGURES``; of place, words, seed and seconds."""
     place, words, seed, seconds = trial
     done = cut(place, words, seconds=seconds, seed=seed)
+    assert done.outcome == "stopped", done.outcome
     all_us, whole_us = done.times_us("time", "guard", "wait"), done.times_us("time")
     return {
         "place": place, "words": words, "seed": seed, "outcome": "whole",
@@ -161,7 +180,7 @@ def figures_of(trial: tuple[str, str, int, float]) -> dict:
         "whole": len(whole_us), "whole_us": fmean(whole_us),
         "whole_spread": 100 * pstdev(whole_us) / fmean(whole_us),
         "waits": len(done.times_us("wait")), "removed_mm3": done.removed_mm3,
-        "shorts": done.retractions, "arcs": done.classes[2] + done.classes[3]}
+        "shorts": done.shorts, "arcs": done.classes[2] + done.classes[3]}
 
 
 def main():

@@ -15,6 +15,7 @@ def test_every_spark_that_is_not_cut_off_burns_for_the_on_time(place, on_us, wai
     """To the clock from the ignition; from the gate the burning time varies by a third and more."""
     gate = cut(place, "A0", seconds=seconds)
     lit = cut(place, f"A1 {wait}", seconds=seconds)
+    assert (gate.outcome, lit.outcome) == ("stopped", "stopped")
     clocks = {spark.clocks for spark in lit.sparks if spark.ended == "time"}
     assert clocks == {on_us * lit.clock_hz // 10**6 + LATE}
     assert len(lit.times_us("time")) >= fewest
