@@ -19,7 +19,7 @@ static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
 static uint64_t arc_gain; /* as of a loop of first order, 2**-32 pulse/clock per pulse */
 static uint32_t deviation; /* 1/64 pulse */
-static uint32_t corner_rate, corner_sine, corner_before, corner_behind;
+static uint32_t tangent_step, corner_rate, corner_sine, corner_before, corner_behind;
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
 
@@ -87,6 +87,7 @@ static void apply_motion(void) {
     highest_speed = at_most(values[SET_HIGHEST_SPEED_MM_MIN] * 1000,
                             units_speed_of_rate(UNITS_RATE_LIMIT));
     highest_rate = units_rate(highest_speed);
+    tangent_step = start_rate / ((highest_rate >> 15) + 1);
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         axis_rate[axis] = units_rate(values[SET_HIGHEST_SPEED_X + axis] * 1000);
 }
@@ -333,6 +334,7 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f) {
 }
 
 uint32_t settings_start_rate(void) { return start_rate; }
+uint32_t settings_tangent_step(void) { return tangent_step; }
 uint32_t settings_corner_rate(void) { return corner_rate; }
 uint32_t settings_corner_sine(void) { return corner_sine; }
 uint32_t settings_corner_before(void) { return corner_before; }

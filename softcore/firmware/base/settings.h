@@ -59,9 +59,11 @@ bool settings_enter(uint32_t number, uint32_t value, fault *f);
 /* Settings in the gateware's units. */
 uint32_t settings_start_rate(void);
 
-/* Of corners. The rate at which the lag rounds one of 90 degrees or more by the setting, 0 for no
-   bound; the sine, 2**-15, up to which no bend needs a bound; clocks that the axes need to follow
-   before a corner, and behind it. */
+/* Of junctions: the change of a direction, 2**-15, that is at most the start/stop speed at the
+   highest one. Of corners: the rate at which the lag rounds one of 90 degrees or more by the
+   setting, 0 for no bound; the sine, 2**-15, up to which no bend needs a bound; clocks that the
+   axes need to follow before a corner, and behind it. */
+uint32_t settings_tangent_step(void);
 uint32_t settings_corner_rate(void);
 uint32_t settings_corner_sine(void);
 uint32_t settings_corner_before(void);

@@ -68,8 +68,7 @@ void corners_join(uint32_t number) {
     /* The chord, and the sine, are at most the sum. */
     if (sum > settings_corner_sine())
         a->turn = turn_rate(b->from, a->to);
-    a->corner = a->turn || a->tight || b->tight ||
-                most > settings_start_rate() / ((settings_highest_rate() >> 15) + 1);
+    a->corner = a->turn || a->tight || b->tight || most > settings_tangent_step();
 }
 
 /* Extend the fast range as far as the junctions allow. */
