@@ -196,6 +196,12 @@ FAULTS: tuple[Fault, ...] = (
     _fault(178, "start_block", "program", "the tape ends before the block at which it was to begin",
            "`$FROM=n` names a block that the tape does not have, or one behind a touch-off.",
            "Name a block of the tape; it ends with M02 or M30.", spoken=True),
+    _fault(180, "walk", "program", "the machine cannot walk to that place on the path",
+           "`$WALK` names a place further back than the path is remembered or the machine may go, "
+           "or the front itself, or one between the front and the place to which the servo has "
+           "drawn back.",
+           "Name a place within the distance that the message tells. To the front and on goes "
+           "`~`."),
     _fault(139, "table", "program", "a row of a table is invalid",
            "A row of G10, or basic data for planning, has an impossible value.",
            "Correct the value that the message names."),

@@ -19,6 +19,7 @@
 #include "app/start_block.h"
 #include "app/status.h"
 #include "app/touch.h"
+#include "app/walk.h"
 #include "app/wiring.h"
 #include "base/alarm.h"
 #include "base/grbl.h"
@@ -140,8 +141,10 @@ static void resume(fault *f) {
         fault_at(f, FAULT_BUSY, 0, "a hold came at the same time, and is in force: resume again");
         return;
     }
-    if (machine_hold(false, f))
+    if (machine_hold(false, f)) {
+        walk_end();
         program_resume();
+    }
 }
 
 static void retract(fault *f) {
@@ -302,6 +305,8 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     else if (length > 5 && says(line, 6, "$FROM="))
         program_running() ? (void)fault_at(&f, FAULT_BUSY, 0, "a program runs: $FROM is for the next tape")
                           : start_block_line(line, length, &f);
+    else if (length > 5 && says(line, 6, "$WALK="))
+        is_free(&f) ? walk_line(line, length, &f) : (void)0;
     else if (says(line, length, "$POSITION=HERE"))
         control_take_position(&f);
     else if (length == 2 && (c == 'X' || c == 'x'))
@@ -315,7 +320,7 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $RST=$ $RST=# $RST=* $J=line $I $P $L $B $INPUTS $MEMORY $LEVELS=open,arc $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $WALK=mm $RST=$ $RST=# $RST=* $J=line $I $P $L $B $INPUTS $MEMORY $LEVELS=open,arc $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else
@@ -476,6 +481,7 @@ bool commands_step(void) {
     /* The gateware already holds. The firmware follows last, as the hold may have come last. */
     if (notes & NOTE_HOLD) {
         (void)machine_hold(true, 0);
+        walk_hold();
         if (jog_active() || program_jogs())
             jogging_cancel();
     }

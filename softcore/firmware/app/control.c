@@ -8,6 +8,7 @@
 #include "app/meter.h"
 #include "app/override.h"
 #include "app/program.h"
+#include "app/walk.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/watch.h"
@@ -18,6 +19,7 @@
 __attribute__((noinline)) void control_take_alarm(void) {
     watch_between();
     machine_stop();
+    walk_drop();
     jog_stop();
     homing_stop();
     override_step();
@@ -27,6 +29,7 @@ __attribute__((noinline)) void control_take_alarm(void) {
 
 void control_begin_path(void) {
     events_drop();
+    walk_drop();
     path_begin();
     meter_path_begins();
     program_resynchronise();
@@ -47,6 +50,7 @@ void control_reset(void) {
     }
     alarm_outputs_off();
     machine_stop();
+    walk_drop();
     jog_stop();
     program_abort();
     override_end();

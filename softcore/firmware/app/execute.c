@@ -159,6 +159,7 @@ static uint32_t speed_of(uint32_t own, bool rapid) {
 }
 
 bool execute_paused(void) { return at == PART_PAUSED || at == PART_START_WAITS; }
+bool execute_acts(void) { return at != PART_DONE && !execute_paused() && path_at_front(); }
 void execute_resume(void) { resumed = true; }
 
 /* Is the machine at the front, and has everything been told that it did on the way? Each call tells
@@ -470,7 +471,8 @@ static part advance(fault *f) {
     case PART_FLUID_OFF: return !work->fluid_off || function(AUXILIARY_M, 9, f) ? PART_STOP : at;
     case PART_STOP: return stop(f);
     case PART_PAUSED:
-        if (!resumed || (was_machining && !ready(f)))
+        machine_wait(!resumed || path_at_front()); /* the machine may have walked away */
+        if (!resumed || !path_at_front() || (was_machining && !ready(f)))
             return at;
         machine_discharge(was_machining);
         return PART_DONE;

@@ -27,4 +27,5 @@ void execute_begin(const plan *p, bool by_hand, uint32_t line, const char *text,
 execute_result execute_step(fault *f);
 
 bool execute_paused(void);          /* in M00 or M01 */
+bool execute_acts(void);            /* carries out something at the front that waits for no motion */
 void execute_resume(void);

@@ -20,11 +20,12 @@
 
 static bool locked, held, waits, running, machining;
 static bool quenched;           /* the discharge is off for the rest of a hold */
+static bool walks;              /* a walk has lifted the hold */
 static uint32_t place;          /* KNOWN; any other value, as after reset: position lost */
 
 void machine_init(void) {
     locked = true;
-    held = waits = running = machining = quenched = false;
+    held = waits = running = machining = quenched = walks = false;
     place = 0;
     hal_control(false, false);
     hal_discharge(false);
@@ -53,11 +54,13 @@ bool machine_allows(bool moves, bool burns, fault *f) {
     return true;
 }
 
+static void control(void) { hal_control(running, (held || waits) && !walks); }
+
 void machine_run(bool run) {
     if (running == run)
         return;
     running = run;
-    hal_control(running, held || waits);
+    control();
 }
 
 bool machine_hold(bool hold, fault *f) {
@@ -68,10 +71,17 @@ bool machine_hold(bool hold, fault *f) {
         hal_discharge(machining);
     }
     held = hold;
-    hal_control(running, held || waits);
+    walks = false;
+    control();
     if (!hold)
         hal_release_hold();
     return true;
+}
+
+void machine_walk(void) {
+    walks = true;
+    control();
+    hal_release_hold();
 }
 
 void machine_quench(void) {
@@ -85,7 +95,7 @@ void machine_wait(bool wait) {
     if (waits == wait)
         return;
     waits = wait;
-    hal_control(running, held || waits);
+    control();
 }
 
 void machine_discharge(bool on) {
@@ -103,7 +113,7 @@ void machine_retract(void) {
 void machine_stop(void) {
     if (machining)
         path_note_work(false);
-    held = waits = running = machining = quenched = false;
+    held = waits = running = machining = quenched = walks = false;
 }
 
 void machine_take_alarm(void) {

@@ -30,6 +30,8 @@ void machine_run(bool run);             /* path pulses are allowed */
    discharge on again after machine_quench; if that is not allowed: false with a fault, and the hold
    stays. */
 bool machine_hold(bool hold, fault *f);
+void machine_walk(void);                /* lift the hold, and a wait, for a walk: until the next hold or
+                                           its end. Only away from the front */
 void machine_quench(void);              /* no discharge until the hold ends */
 void machine_wait(bool wait);           /* hold by the program: no jump begins, no axis advances */
 void machine_discharge(bool machining);

@@ -16,6 +16,7 @@
 #include "app/profile.h"
 #include "app/program.h"
 #include "app/touch.h"
+#include "app/walk.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/units.h"
@@ -92,6 +93,7 @@ void main_loop_boot(void) {
     jogging_init();
     homing_init();
     touch_init();
+    walk_drop();
     roughing_init();
     output_frame(program_offset());
     pet();
@@ -138,6 +140,7 @@ static bool watch_over(unsigned task) {
     motion_watch_step();
     meter_step();
     jogging_step();
+    walk_step();
     homing_cycle_step();
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),

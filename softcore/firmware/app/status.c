@@ -8,6 +8,7 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/program.h"
+#include "app/walk.h"
 #include "base/alarm.h"
 #include "base/settings.h"
 #include "base/text.h"
@@ -106,7 +107,9 @@ __attribute__((noinline)) void status_tell(void) {
         hal_gap_counts(counts);
         settings_masked(masked, sizeof masked);
         watch_between();
-        text_print(report + length, size, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s%s>",
+        if (walk_goal())
+            length += text_print(report + length, size, "|Wk:%p,%p", walk_goal(), walk_distance());
+        text_print(report + length, sizeof report - length, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s%s>",
                    errors[0], errors[1], errors[2],
                    (uint32_t)hal_motion_read().state, hal_shorts(), counts[0], counts[1], counts[2],
                    counts[3], hal_armed() ? "|Armed" : "", machine_position_lost() ? "|Lost" : "",

@@ -40,6 +40,7 @@ typedef enum {
     FAULT_LOCKED = 137,
     FAULT_BUSY = 138,
     FAULT_START_BLOCK = 178,
+    FAULT_WALK = 180,
     FAULT_TABLE = 139,
     FAULT_TRIP = 140,
     FAULT_LIMIT = 157,

@@ -140,6 +140,8 @@ void hal_jump_period(uint32_t clocks);
 void hal_short_burst(uint32_t gain, uint32_t repeats, uint32_t settle);
 void hal_control(bool run, bool hold);
 void hal_retract(void);         /* operator's order: retract now */
+void hal_walk(uint32_t distance); /* the operator's walk: path pulses before the front, 0 for none */
+int32_t hal_start(void);        /* start point: where machining goes on, path coordinate */
 int32_t hal_first(void);        /* first start point of the short burst, path coordinate */
 uint32_t hal_shorts(void);      /* shorts in the burst */
 

@@ -231,6 +231,8 @@ void hal_control(bool run, bool hold) {
 }
 
 void hal_retract(void) { RETRACTION->command = PUT(1, RETRACTION_COMMAND_RETRACT); }
+void hal_walk(uint32_t distance) { RETRACTION->walk = distance; }
+int32_t hal_start(void) { return RETRACTION->start; }
 int32_t hal_first(void) { return RETRACTION->first; }
 uint32_t hal_shorts(void) { return RETRACTION->burst; }
 

@@ -250,14 +250,14 @@ void gk_boot(uint32_t hz, uint32_t per_mm, uint32_t axis) {
     data = (hal_retraction){0};
     period = 0;
     fin_passes = 1;
-    busy_passes = 0;
     under_way = lags = damaged = watch_closed = watch_asks = stuck = false;
     queue_head = queue_tail = 0;
-    pets = unwatched = answers = 0;
+    pets = unwatched = answers = busy_passes = 0;
     host_gap_boot();
     host_image_boot();
     host_flash_boot();
     host_wiring_boot();
+    host_walk_boot();
     expected_pet = 0xa5;
     main_loop_boot();
 }

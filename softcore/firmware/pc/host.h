@@ -83,6 +83,7 @@ void host_gap_boot(void);       /* called by gk_boot, as the other host_..._boot
 void host_image_boot(void);
 void host_flash_boot(void);
 void host_wiring_boot(void);
+void host_walk_boot(void);
 bool host_gap_moved(int32_t position);  /* of the jump axis; true: the condition switches */
 int32_t host_frame(unsigned axis);      /* machine frame less the count of gk_axis */
 void host_gap_restart(int32_t position);    /* the deepest one is this */
@@ -133,6 +134,8 @@ void gk_ramp_words(uint32_t words[5]);
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */
 int32_t gk_bound(uint32_t bound);
 int32_t gk_position(void);
+uint32_t gk_walk(void);         /* the walk as written, path pulses; 0xffffffff: not since boot */
+void gk_drawn(int32_t pulses);  /* machining goes on so far before the front */
 void gk_slot(uint32_t slot, gk_segment *segment);   /* as it was written */
 int32_t gk_axis(uint32_t axis); /* commanded position */
 /* Bit 0 run, 1 hold, 2 discharge, 3 retraction data valid, 4 safe, 5 held by `!` or Ctrl-X. */
