@@ -17,9 +17,64 @@ TOUCH = "unit/firmware/test_touch.py"
 HOMING = "unit/firmware/test_homing.py"
 SINGLE = "unit/firmware/test_single_block.py"
 START = "cosim/test_start_block.py"
+WALK = "unit/firmware/test_walk.py"
 HOLDS = "unit/firmware/test_path.py::test_window_holds_what_is_commanded"
 
 MACHINE = (
+    *breaks_of(
+        "softcore/firmware/app/walk.c", WALK,
+        ("lifts && motion.state != MOTION_FRONT", "lifts",
+         "at the front a walk does not lift the hold"),
+        ("void walk_hold(void) { lifts = false; }", "void walk_hold(void) {}",
+         "a hold on the way back stays"),
+        ("    if (ends) {", "    if (goal < 0) {", "a resume ends a walk"),
+        ("void walk_end(void) { ends = goal; }", "void walk_end(void) { walk_drop(); }",
+         "on the way back a resume keeps the place"),
+        ("    if (!goal || !stands(motion))", "    if (!goal)",
+         "a walk is not ordered in motion"),
+        ("    comes = false;\n    if (back)", "    if (back)", "a walk is ordered back once"),
+        ("    return distance > drawn ||", "    return distance > 0 ||",
+         "no walk ends where machining goes on"),
+        ("    if (!distance)", "    if (distance < 0)", "no walk ends at the front"),
+        ("(uint32_t)distance > most", "(uint32_t)distance > most + 1",
+         "no walk is longer than the path remembered"),
+        ("!machine_held() && !program_paused()", "machine_locked()", "a walk needs a hold"),
+        ("    if (execute_acts())", "    if (machine_locked())",
+         "no walk while the program carries out a function"),
+        (" || touch_now() != TOUCH_NONE", "", "no walk in a touch-off"),
+        ("!goal && !(meter_rests() && stands(hal_motion_read()))",
+         "!goal && !stands(hal_motion_read())", "a walk begins at rest", "cosim/test_walk.py"),
+        ("!goal && !(meter_rests() && stands(hal_motion_read()))", "!goal && !meter_rests()",
+         "no walk begins in a retraction"),
+        ("    return retraction_complete(&execute_state()->memory) ||", "    return !goal || goal ||",
+         "a walk needs retraction data"),
+        ("    path_keep((uint32_t)goal);\n", "", "the path of a walk is kept"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/control.c", WALK,
+        ("    walk_drop();\n    override_step();", "    override_step();",
+         "an alarm ends a walk"),
+        ("    walk_drop();\n    events_drop();", "    events_drop();", "a new path ends a walk"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/machine.c", WALK,
+        ("    walks = false;\n    control();", "    control();", "a hold stops a walk"),
+        ("(held || waits) && !walks", "held || waits", "a walk comes forward"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/execute.c", WALK,
+        ("        machine_wait(!resumed || path_at_front());", "        machine_wait(!resumed);\n"
+         "        machine_wait(true);", "after a pause a walk comes forward"),
+        ("if (!resumed || !path_at_front() ||", "if (!resumed ||",
+         "after a pause the program goes on at the front only"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/commands.c", WALK,
+        ("        walk_hold();\n", "", "a hold on the way back is told to the walk"),
+        ("        walk_end();\n", "", "a resume is told to the walk"),
+        ("is_free(&f) ? walk_line(line, length, &f) : (void)0;", "walk_line(line, length, &f);",
+         "a locked machine does not walk"),
+    ),
     *breaks_of(
         "softcore/firmware/app/start_block.c", START,
         ("line < first;", "line <= first;", "the block itself is carried out"),
@@ -181,11 +236,11 @@ MACHINE = (
         ("(moves || burns) && machine", "moves && burns && machine",
          "no motion at a lost position"),
         ("burns && !hal_armed()", "burns && machine_position_lost()", "the discharge is armed"),
-        ("    held = waits = running = machining = quenched = false;\n}",
-         "    waits = running = machining = quenched = false;\n}", "a reset ends a hold",
+        ("    held = waits = running = machining = quenched = walks = false;\n}",
+         "    waits = running = machining = quenched = walks = false;\n}", "a reset ends a hold",
          "unit/firmware/test_lines.py"),
-        ("    held = waits = running = machining = quenched = false;\n}",
-         "    held = waits = machining = quenched = false;\n}",
+        ("    held = waits = running = machining = quenched = walks = false;\n}",
+         "    held = waits = machining = quenched = walks = false;\n}",
          "after an alarm motion has to be allowed anew"),
         ("if (machining && !machine_allows(true, true, f))",
          "if (locked && machining && !machine_allows(true, true, f))",

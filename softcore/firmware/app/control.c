@@ -19,17 +19,17 @@
 __attribute__((noinline)) void control_take_alarm(void) {
     watch_between();
     machine_stop();
-    walk_drop();
     jog_stop();
     homing_stop();
+    walk_drop();
     override_step();
     program_abort();
     machine_take_alarm();
 }
 
 void control_begin_path(void) {
-    events_drop();
     walk_drop();
+    events_drop();
     path_begin();
     meter_path_begins();
     program_resynchronise();
@@ -50,7 +50,6 @@ void control_reset(void) {
     }
     alarm_outputs_off();
     machine_stop();
-    walk_drop();
     jog_stop();
     program_abort();
     override_end();

@@ -11,6 +11,8 @@ from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 DATA = "G36 R300 L.5 H600 E60 Q.1"
+NO_AXIS = 15     # a wire machine has no jump axis
+REMEMBERED = 8190    # lines of the path
 ERRORS = {fault.name: fault.error for fault in FAULTS}
 
 
@@ -168,7 +170,7 @@ def test_the_front_is_no_walk(held):
 
 def test_no_further_than_is_remembered():
     """A wire machine's path begins at its first point."""
-    machine = Controller(jump_axis=15)
+    machine = Controller(jump_axis=NO_AXIS)
     machine.unlock()
     machine.line(DATA)
     machine.library.gk_speed(200)
@@ -237,3 +239,23 @@ def test_not_in_a_touch_off(machine):
     machine.send(b"!")
     machine.run(100)
     refused(machine, "$WALK=.01", "busy", "no walk in a jog, a homing cycle or a touch-off")
+
+
+def test_the_path_of_a_walk_is_kept():
+    """It is not dropped for lines that come meanwhile: they wait."""
+    machine = Controller(jump_axis=NO_AXIS)
+    machine.unlock()
+    lines = ["G21 G91 G94 F600", DATA, *["G01 X.001"] * (REMEMBERED - 10), "M02"]
+    machine.tape(punched(lines), passes=4000)
+    machine.send(b"!")
+    machine.run(100)
+    assert machine.reported_state() == "Hold:0"
+    way = machine.library.path_remembered()
+    assert way == 10 * (REMEMBERED - 10)
+    machine.line(f"$WALK={way / 10_000:.4f}")
+    machine.state("high")
+    machine.run()
+    for _ in range(20):
+        machine.line("G01 X.001", 20)
+    machine.run(1000)
+    assert machine.library.path_remembered() == way
