@@ -9,6 +9,9 @@ has nothing to do again. At every look
 * nothing is commanded to move without an order, in a hold at rest, or some time after a reset;
 * an axis at rest stands where the controller says, unless it says that its position is lost.
 
+A retraction, a walk and a short may lead back along the path, which is within the places where the
+axes have been since an alarm, and straight up.
+
 After every few acts the operator resets the machine and unlocks it: then a jog must end exactly
 where it was sent to.
 """
@@ -35,6 +38,9 @@ SETTLED_S = 0.25        # then the axes have come to rest: e-fold of the loop 20
 STOPS_S = 0.4           # from a reset until nothing is commanded to move
 SETTLED = 2             # pulses that an axis at rest may be off
 JOG_CANCEL = b"\x85"
+UP = AXES.index("z")
+DATA = "G36 R600 L0.5 H600 E120 Q0.05"
+CALM_S = 1.0            # from a short of at most 0.03 s until its retraction is over
 OVERRIDES = (b"\x90", b"\x91", b"\x92", b"\x93", b"\x94", b"\x95", b"\x96", b"\x97")
 
 
@@ -103,13 +109,16 @@ class Operator:
         self.session, self.rng = session, rng
         limits = [assign(f"{end}_{axis}_um", round(LIMIT_MM * 1000))
                   for end in ("low", "high") for axis in AXES]
-        self.job = Job(session, *limits, watched=())
+        self.job = Job(session, *limits, DATA, watched=())
         self.cable = Cable(self.job.pipe)
         self.log: deque[str] = deque(["started"], maxlen=60)
         self.acts: Counter[str] = Counter()
         self.orders: list[Order] = []
+        self.back = False               # something was done that may lead back along the path
         self.base = self.commands()     # when the machine last had nothing to do
         self.last = list(self.base)
+        self.low, self.high = list(self.base), list(self.base)     # where the path may be
+        self.calm_at = 0                # from here on no retraction for a short is under way
         self.still_since = session.cycle
         self.held: list[int] | None = None  # in a hold, at rest
         self.reset_at: int | None = None
@@ -163,16 +172,21 @@ class Operator:
             # The drives are off, and the axes coast. The command becomes their place afterwards.
             self.last, self.still_since = now, self.session.cycle
             self._nothing_to_do()
+            self._forget_path()
             self.reset_at = None
         self.latched = bool(latched)
         if now != self.last:
             self.moved += sum(abs(a - b) for a, b in zip(now, self.last, strict=True))
             self.last, self.still_since = now, self.session.cycle
+        self.low, self.high = list(map(min, self.low, now)), list(map(max, self.high, now))
         low, high = list(self.base), list(self.base)
         for order in self.orders:
             if not order.refused:
                 low = [a + b for a, b in zip(low, order.low, strict=True)]
                 high = [a + b for a, b in zip(high, order.high, strict=True)]
+        if self.back:
+            low, high = list(map(min, low, self.low)), list(map(max, high, self.high))
+            high[UP] = round(self.limit * MM)
         for axis, name in enumerate(AXES):
             if abs(now[axis]) > self.limit * MM:
                 self._fail("limit", f"{name} is commanded to {now[axis]}")
@@ -208,13 +222,22 @@ class Operator:
             if any(abs(a - b) > SETTLED for a, b in zip(told, true, strict=True)):
                 self._fail("place", f"it says {told} and stands at {true}: {state}")
         word = f"{state['state']}:{state.get('substate', '')}".rstrip(":")
-        if word == "Hold:0" and self.held is None:
+        if word == "Hold:0" and self.held is None and not (waiting or self._calms()):
             self.held = list(self.last)
+        if word == "Alarm":
+            self._forget_path()     # the next one begins here
         if word in {"Idle", "Alarm"} and not waiting:
             self._nothing_to_do()
 
     def _nothing_to_do(self):
-        self.base, self.orders = list(self.last), []
+        self.base, self.orders, self.back = list(self.last), [], False
+
+    def _calms(self):
+        """A retraction for a short may still be under way."""
+        return self.session.cycle < self.calm_at
+
+    def _forget_path(self):
+        self.low, self.high = list(self.last), list(self.last)
 
     def _fail(self, kind, text):
         raise FaultError(kind, "\n".join([text, *self.log]))
@@ -226,7 +249,7 @@ class Operator:
         kind = self.rng.choice((
             "jog", "jog", "jog", "line", "line", "tape", "hold", "hold", "resume", "resume",
             "resume", "cancel", "retract", "reset", "override", "status", "garbage", "pull",
-            "restart", "estop", "arm", "unlock", "short", "wait"))
+            "restart", "estop", "arm", "unlock", "short", "wait", "walk", "walk"))
         self.acts[kind] += 1
         self.log.append(f"{self.session.cycle}: {kind}")
         getattr(self, f"_{kind}")()
@@ -290,7 +313,7 @@ class Operator:
         self._order(RESUME)
 
     def _retract(self):
-        self.held = None
+        self.held, self.back = None, True
         self._order(RETRACT)
 
     def _order(self, word):
@@ -341,9 +364,23 @@ class Operator:
         self._send("$X")
 
     def _short(self):
+        self.held, self.back = None, True
+        self.calm_at = self.session.cycle + round(CALM_S * self.session.clock_hz)
         self.job.short(True)
         self.pass_time(self.rng.uniform(0.001, 0.03))
         self.job.short(False)
+
+    def _walk(self):
+        """Walk along the path, most often after a hold and by several steps."""
+        if self.rng.random() < 0.8:
+            self._hold()
+            self.pass_time(10 ** self.rng.uniform(-2, -0.5))
+        for _ in range(self.rng.randint(1, 4)):
+            self.back = True
+            self._send(f"$WALK={10 ** self.rng.uniform(-3, 0.5):.4f}")
+            order = self.orders[-1]
+            self.pass_time(10 ** self.rng.uniform(-2, -0.3))
+            self.acts["walked"] += order.sent.answer == "ok"
 
     def _wait(self):
         self.pass_time(self.rng.uniform(0.1, 0.5))
@@ -385,7 +422,8 @@ def operate(session: Session, seed: int, acts: int, between: int = 12) -> dict[s
     Returns
     -------
     dict
-        How often each act was done, and ``pulses`` that were commanded.
+        How often each act was done, ``walked``, walks that were taken, and ``pulses`` that were
+        commanded.
 
     Raises
     ------

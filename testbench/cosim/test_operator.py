@@ -13,7 +13,7 @@ from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
 PARTS, ACTS = 20, 500       # of the soak: 10 000 acts
-LIVELY = ("jog", "line", "tape", "hold", "resume", "reset", "pull", "estop")
+LIVELY = ("jog", "line", "tape", "hold", "resume", "reset", "pull", "estop", "walk")
 
 
 def operated(seed, acts):
@@ -24,7 +24,7 @@ def operated(seed, acts):
 
 
 def test_a_few_dozen_acts():
-    done = operated(1, 40)
+    done = operated(2, 60)
     assert set(LIVELY) <= set(done), done
     assert done["pulses"] > 10_000
 
@@ -66,6 +66,17 @@ def unnoticed(operator):
     operator.link.send_line(RESUME)
 
 
+def astray(operator):
+    """A walk that nobody ordered."""
+    operator._send("G91 G01 X0.2 F1000", [MM // 5, 0, 0])
+    operator.pass_time(2)
+    assert not operator.orders
+    operator._hold()
+    operator.pass_time(0.3)
+    operator.held = None
+    operator.link.send_line("$WALK=0.1")
+
+
 def displaced(operator):
     """A machine that stands elsewhere than the controller says."""
     operator.session.get = lambda name: 3.0
@@ -78,8 +89,8 @@ def dead(operator):
 
 
 @pytest.mark.parametrize(("kind", "deed"), [
-    ("unasked", further), ("limit", beyond), ("reset", unheard), ("held", unnoticed),
-    ("place", displaced), ("stuck", dead)])
+    ("unasked", further), ("unasked", astray), ("limit", beyond), ("reset", unheard),
+    ("held", unnoticed), ("place", displaced), ("stuck", dead)])
 def test_the_model_sees(operator, kind, deed):
     def and_then(seconds):      # it shows at once, or later
         deed(operator)
@@ -97,3 +108,4 @@ def test_thousands_of_acts(rng, part):
     done = operated(seed, ACTS)
     print(part, seed, done)
     assert set(LIVELY) <= set(done), done
+    assert done["walked"]

@@ -112,7 +112,7 @@ def test_there_and_back_and_on_as_if_nothing_had_been(undisturbed, machine):
         for distance in (200, 1200, front - CORNER + 400, 700, front - ARC - 300, 2500):
             walk(job, front, distance)
             stops[front - distance] = here(job)
-        assert front - min(stops) > 10 * LIMIT_MM * MM * 0.6
+        assert front - min(stops) > 6 * LIMIT_MM * MM
         # Forward over the corner, with a short on the last bit: it goes back from there, and on.
         job.link.command("$WALK=0.01")
         job.reach(front - 300, 60 * session.clock_hz / MM / DATA.high)
@@ -248,6 +248,7 @@ def test_from_a_hold_in_the_re_advance(held):
     front = hold(job, 0)
     stands = front - job.probe("path_position")
     assert stands > 300
+    assert walked(job) == (0, stands)
     walk(job, front, 300)
     walk(job, front, 1000)
     job.press(RESUME)

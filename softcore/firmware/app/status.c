@@ -107,7 +107,7 @@ __attribute__((noinline)) void status_tell(void) {
         hal_gap_counts(counts);
         settings_masked(masked, sizeof masked);
         watch_between();
-        if (walk_goal())
+        if (walk_told())
             length += text_print(report + length, size, "|Wk:%p,%p", walk_goal(), walk_distance());
         text_print(report + length, sizeof report - length, "|Er:%d,%d,%d|Rt:%u,%u|Gap:%u,%u,%u,%u%s%s%s%s%s>",
                    errors[0], errors[1], errors[2],

@@ -33,6 +33,10 @@ static int32_t before_front(int32_t place) {
 
 int32_t walk_goal(void) { return goal; }
 int32_t walk_distance(void) { return before_front(hal_position()); }
+bool walk_told(void) {
+    return goal || ((machine_held() || program_paused()) && walk_distance());
+}
+
 void walk_hold(void) { lifts = false; }
 void walk_end(void) { ends = goal; }
 

@@ -20,6 +20,9 @@ void walk_hold(void);       /* a `!` came */
 void walk_end(void);        /* `~`: the machine comes to the front, and goes on */
 void walk_step(void);       /* call in every round */
 
+/* Does the status tell a distance before the front? In a walk, and in any hold behind the front. */
+bool walk_told(void);
+
 /* Distance before the front that was ordered, 0 for no walk; and that of the machine. In pulses. */
 int32_t walk_goal(void);
 int32_t walk_distance(void);

@@ -140,7 +140,7 @@ def test_nothing_of_it_is_left(held, what):
 
 
 def test_a_program_that_pauses_may_walk_and_goes_on_only_at_the_front(machine):
-    tape = punched([DATA, "G91 G01 X.1 F60", "M00", "X.1", "M02"])
+    tape = punched([DATA, "C100", "M03", "G91 G01 X.1 F60", "M00", "X.1", "M02"])
     assert [one[0] for one in events(machine.tape(tape, passes=2000))][-1] == "pause"
     assert machine.line("$WALK=.05")[0] == "ok"
     machine.state("high")
@@ -149,7 +149,7 @@ def test_a_program_that_pauses_may_walk_and_goes_on_only_at_the_front(machine):
     machine.send(b"~")
     machine.run(2000)
     assert "hold" not in machine.flags, "it comes forward"
-    assert machine.axes[0] == 1000, "and carries out nothing before it is there"
+    assert "discharge" not in machine.flags, "and carries out nothing before it is there"
     machine.state("front")
     lines = machine.run(4000)
     assert [one[0] for one in events(lines)][-1] == "end"
@@ -202,6 +202,10 @@ def test_only_at_rest(held):
     held.library.gk_moving(1)
     refused(held, "$WALK=.05", "busy", "still coming to rest")
     held.library.gk_moving(0)
+    held.library.gk_lags(1)
+    held.run()
+    refused(held, "$WALK=.05", "busy", "still coming to rest")
+    held.library.gk_lags(0)
     held.state("at_limit")
     held.run()
     refused(held, "$WALK=.05", "busy", "still coming to rest")
