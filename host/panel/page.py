@@ -18,6 +18,8 @@ from host.panel.outline import Outline
 from host.panel.session import Session
 from host.panel.tabs import Tabs, field_text, html
 from host.panel.trace import trace
+from host.panel.walk_bar import WalkBar
+from host.panel.walking import Walking
 
 __all__ = ["Page", "build"]
 
@@ -57,7 +59,9 @@ class Page:
         with ui.element("div").classes("panel"):
             with ui.element("div").classes("head"):
                 self._head()
-            self.alarm_area = ui.element("div").classes("alarm")
+            with ui.element("div").classes("alarm"):
+                self.alarm_area = ui.element("div")
+                self.walk = WalkBar(self)
             with ui.element("div").classes("left"):
                 self._left()
             with ui.element("div").classes("middle"):
@@ -163,6 +167,7 @@ class Page:
             self._show_sharing()
             self._show_state()
             self._show_alarm()
+            self.walk.show(self.session.sharing.holder == self.name)
             self._show_facts()
             self._show_trace()
             self._show_pictures()
@@ -251,7 +256,8 @@ class Page:
         rows = [("speed", f"{field_text(last.feed, 1)} mm/min" if last else "…"),
                 ("feed mode", mode), ("condition", condition_words(heard.condition)),
                 ("gap", f"{volts}{', ' + str(last.pulses) + ' pulses' if last else ''}"),
-                ("motion", MOTION[heard.motion] if heard.motion < len(MOTION) else "…"),
+                ("motion", Walking.motion(heard) or (
+                    MOTION[heard.motion] if heard.motion < len(MOTION) else "…")),
                 ("retractions", f"{sum(turns.values())}: {turns['short']} short, {turns['jump']} "
                                 f"jump, {turns['operator']} by order"),
                 ("words", " ".join(words) or "…"),

@@ -227,6 +227,22 @@ def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_wat
     second.wait_for_timeout(1000)
     assert depth_of(second) == pytest.approx(place, abs=2e-4)
 
+    # It walks back along the path and forward again; a step to the front is not offered.
+    walks, back = element(page, "walk-place"), element(page, "walk-back-0.1")
+    expect(walks).to_contain_text("On hold")
+    expect(element(page, "walk-forward-0.1")).to_be_disabled()
+    expect(element(second, "walk-back-0.1")).to_be_disabled()
+    back.click()
+    back.click()
+    expect(walks).to_contain_text(re.compile(r"0\.2\d+ mm before the front"))
+    expect(state).to_have_text("Hold:0")
+    assert depth_of(page) == pytest.approx(place + 0.2, abs=1e-3)
+    expect(element(second, "walk-place")).to_have_text(walks.inner_text())
+    element(page, "walk-forward-0.1").click()
+    expect(walks).to_contain_text(re.compile(r"0\.1\d+ mm before the front"))
+    expect(state).to_have_text("Hold:0")
+    place = depth_of(page)
+
     # A page that watches can touch nothing, even if its buttons are made to work.
     second.evaluate("""() => {
         jogStart("Z", 1);
@@ -239,6 +255,7 @@ def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_wat
 
     element(page, "resume").click()
     expect(state).to_have_text("Run")
+    expect(element(page, "walk")).to_be_hidden()
     element(page, "retract").click()
     second.get_by_role("tab", name="Record").click()
     expect(element(second, "record")).to_contain_text("Retraction: the operator's order.")
