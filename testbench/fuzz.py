@@ -34,7 +34,7 @@ LINES = (
     "$X", "$POSITION=HERE", "$$", "$ES", "$#", "$RESUME", "$I", "$FIRMWARE", "$INPUTS",
     "$MEMORY", "$LEVELS", "$LEVELS=400,200", "$N", "$J=G91X1F600", "$J=G91Z-.1Y2F60", "$H",
     "$FROM=1", "$FROM=3", "$FROM=5", "$FROM=9", "$RST=$", "$RST=#", "$RST=*", "$C", "$SLP",
-    "$ES=412", "$EG", "$G", "$L", "$P", "$", "$BI4,9", "$BP50,100,3", "$SCOPE",
+    "$WALK=.1", "$ES=412", "$EG", "$G", "$L", "$P", "$", "$BI4,9", "$BP50,100,3", "$SCOPE",
     "$SCOPE=NOW,50", "$SCOPE=SHORT,50", "$SCOPE=RISE,50,2000", "$SCOPE=STOP", "$SCOPE=FORCE",
     "$SCOPE=READ,0,9", "$SCOPE=READ,400,200",
     f"$FIRMWARE=B{characters(struct.pack('<II', 256, 0))}",

@@ -30,7 +30,7 @@ MACHINE = (
         ("    if (ends) {", "    if (goal < 0) {", "a resume ends a walk"),
         ("void walk_end(void) { ends = goal; }", "void walk_end(void) { walk_drop(); }",
          "on the way back a resume keeps the place"),
-        ("    if (!goal || !stands(motion))", "    if (!goal)",
+        ("    if (!stands(motion))", "    if (goal < 0)",
          "a walk is not ordered in motion"),
         ("    comes = false;\n    if (back)", "    if (back)", "a walk is ordered back once"),
         ("    return distance > drawn ||", "    return distance > 0 ||",
