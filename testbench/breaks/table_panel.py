@@ -28,6 +28,16 @@ PANEL = (
          "a stop resets at rest only"),
     ),
     *breaks_of(
+        "host/panel/walking.py", "unit/host/test_panel_walk.py",
+        ("return place if place > 0 else None", "return place",
+         "a step of a walk to the front is not offered"),
+        ('begin = distance if heard.state == "Hold:0" else goal', "begin = goal",
+         "a step leads on from where a hold has stopped the machine"),
+        ("                begin = ordered", "                pass",
+         "steps of a walk add up, however fast they follow"),
+        ("or self._clock() > until", "or False", "a step that was refused is forgotten"),
+    ),
+    *breaks_of(
         "host/panel/sharing.py", SESSION,
         ("AHEAD_S = 0.1", "AHEAD_S = 0.25", "a jog is ordered 0.2 s ahead at most"),
         ("return self._clock() > self._end", "return False", "a jog that nobody renews ends"),
