@@ -5,6 +5,7 @@ from testbench.breaks.harness import breaks_of
 
 __all__ = ["STORAGE"]
 
+BOOKMARK = "unit/firmware/test_bookmark.py"
 JOURNAL = "unit/firmware/test_journal.py"
 SLOTS = "unit/firmware/test_slots.py"
 STORAGE = (
@@ -25,11 +26,37 @@ STORAGE = (
         ("of.bytes[at] && same;", "of.bytes[at] || same;", "a page is read back"),
     ),
     *breaks_of(
+        "softcore/firmware/store/bookmark.c", BOOKMARK,
+        ("words[0] != BLANK && words[count - 1] == check()", "words[0] != BLANK",
+         "a mark without its check is none"),
+        (" && words[0] > sequence", "", "the newest sector counts"),
+        ("hal_cycle_low() - written >= hal_clock_hz()", "true", "at most one write in a second"),
+        ("(!now.line || ", "(", "the end of a tape is written at once"),
+        ("if (opens && !blank &&", "if (opens && !blank && ahead &&",
+         "after power-on the next sector is erased too"),
+        ("failures > FAILURES", "failures > 1000u", "a memory that keeps nothing is told"),
+        ("== words[i] && same;", "== words[i] || same;", "a mark is read back"),
+        (" || place == PLACES", "", "a full sector is followed by the next"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/resume.c", BOOKMARK,
+        ("last->homed && machine_homed()", "machine_homed()", "the first run was homed"),
+        ("(last->homed && machine_homed())", "last->homed", "it is homed again"),
+        ("same = same && zero", "same = zero", "program zero of every axis"),
+        ("    kept = begun = !dry;", "    kept = begun = true;", "a dry run is none"),
+        ("state->position[axis] = bookmark_now()->start[axis];", "state->position[axis] += 0;",
+         "axes go where they stood at first"),
+        ("        sum = mix(sum, (uint8_t)text[i]);", "        (void)text;",
+         "the tape's text is compared"),
+        ("entered = mix(entered + item", "entered = (entered + 0 * item",
+         "retraction data entered by hand are compared"),
+    ),
+    *breaks_of(
         "softcore/firmware/store/slots.c", SLOTS,
         ("h->sum == sum_of(h)", "true", "the sum of a head is looked at"),
-        ("next_word() == total && total == h->digest", "true",
+        ("flash_word() == total && total == h->digest", "true",
          "the digest is looked at before the start"),
-        ("next_word() == sum && sum == coming.digest", "true", "what was written is read back"),
+        ("flash_word() == sum && sum == coming.digest", "true", "what was written is read back"),
         ("    begin_erase(sector_of(slot), 0);\n    return SLOTS_WELL;",
          "    begin_program(sector_of(slot), 0, &coming, sizeof coming);\n    doing = ERASE;\n"
          "    return SLOTS_WELL;", "the head is written last"),
@@ -49,8 +76,7 @@ STORAGE = (
     ),
     *breaks_of(
         "softcore/firmware/app/keep.c", JOURNAL,
-        ("machine_machining() || !meter_rests())\n        return false;", "false)\n"
-         "        return false;", "nothing is written while the machine works"),
+        ("(rests || journal_holds())", "true", "nothing is written while the machine works"),
         ("return condition_check_row(&row) && conditions_enter", "return conditions_enter",
          "a condition is checked"),
         ("places_sound(part))", "(places_sound(part) || part))", "offsets are checked"),

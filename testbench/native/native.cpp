@@ -72,6 +72,21 @@ public:
             controller_.edge();
     }
 
+    // The power of the controller is off for so many clocks, and comes back. The machine goes on
+    // meanwhile with all outputs low: drives and gates off, the contactor open. Then the controller
+    // is as after configuration, with a blank memory; bytes under way to it are lost.
+    void power_off(uint64_t clocks) {
+        const plant::FromController off;
+        station_.machine.flash().cut(station_.machine.now());
+        station_.serial.to_send.clear();
+        station_.arm(clocks, false);
+        for (uint8_t rx = 1; station_.clock < station_.stop_at;)
+            station_.step(off, true, to_, rx);
+        controller_ = *std::make_unique<Controller>();
+        bench::apply(controller_, to_, 1);
+        controller_.settle();
+    }
+
     int64_t probe(size_t index) { return read(PROBES[index]); }
     void poke(size_t index, int64_t value) { PROBES[index].write(controller_, value); }
 
@@ -220,6 +235,7 @@ void gk_load(Session* s, const uint32_t* words, const uint8_t* parities, uint64_
 }
 void gk_flip(Session* s, uint64_t word, uint64_t bit) { s->flip(word, static_cast<unsigned>(bit)); }
 void gk_run(Session* s, uint64_t clocks, int until_byte) { s->run(clocks, until_byte != 0); }
+void gk_power_off(Session* s, uint64_t clocks) { s->power_off(clocks); }
 void gk_keep(Session* s) { s->keep = true; }
 void gk_replay(Session* s, const Session* other) { s->replay(*other); }
 const bench::Inputs* gk_kept(const Session* s) { return s->kept.data(); }

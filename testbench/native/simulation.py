@@ -35,6 +35,7 @@ _FUNCTIONS = {
     "gk_load": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), ctypes.c_char_p, _UNSIGNED]),
     "gk_flip": (None, [_POINTER, _UNSIGNED, _UNSIGNED]),
     "gk_run": (None, [_POINTER, _UNSIGNED, ctypes.c_int]),
+    "gk_power_off": (None, [_POINTER, _UNSIGNED]),
     "gk_keep": (None, [_POINTER]),
     "gk_replay": (None, [_POINTER, _POINTER]),
     "gk_probe": (ctypes.c_int64, [_POINTER, _UNSIGNED]),
@@ -109,7 +110,8 @@ class Simulation(Session):
         self._trace = self._shorts = None
         super().__init__(self._code, self._code.gk_station(self._handle), machine=machine,
                          clock_hz=clock_hz)
-        self.load(image.read_bytes())
+        self._image = image.read_bytes()
+        self.load(self._image)
         if flash is not None:
             self.flash.write(SIMULATED_JOURNAL.base, flash)
         if trace:
@@ -151,6 +153,16 @@ class Simulation(Session):
         held = self.flash.read(region.base, region.whole)
         sectors = -(-len(held.rstrip(b"\xff")) // SECTOR)
         return held[:max(region.size, sectors * SECTOR)]
+
+    def power_off_and_on(self, seconds: float) -> None:
+        """Cut the power of the controller and of its flash memory for a time, and boot it again.
+
+        Only the controller is without power: the machine goes on, its axes brake with their drives
+        off, and the workpiece is as it is. ``cycle`` goes on too.
+        """
+        self._code.gk_power_off(self._handle, round(seconds * self.clock_hz))
+        self.began = self.cycle
+        self.load(self._image)
 
     @property
     def cycle(self) -> int:

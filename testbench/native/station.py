@@ -114,6 +114,7 @@ class Session:
         self._station_library = library
         self._station = station
         self.clock_hz = clock_hz
+        self.began = 0      # clock of the last power-on
         self.flash = Flash(library, library.station_flash(station))
         for name, value in parameters(machine | {"clock_hz": clock_hz}):
             self.set(name, value)
@@ -198,7 +199,7 @@ class Session:
 
         After power-on it waits first, as a button held since then does not count.
         """
-        early = PRESS_S - self.cycle / self.clock_hz
+        early = PRESS_S - (self.cycle - self.began) / self.clock_hz
         for level, seconds in ((0, max(0.0, early)), (1, PRESS_S), (0, CLOSE_S)):
             self.button_arm(bool(level))
             self.run(round(seconds * self.clock_hz))

@@ -303,8 +303,11 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     else if (length > 4 && says(line, 5, "$RST="))
         keep_restore(line[5], length, &f);
     else if (length > 5 && says(line, 6, "$FROM="))
-        program_running() ? (void)fault_at(&f, FAULT_BUSY, 0, "a program runs: $FROM is for the next tape")
-                          : start_block_line(line, length, &f);
+        program_running()
+            ? (void)fault_at(&f, FAULT_BUSY, 0, "a program runs: $FROM is for the next tape")
+        : says(line, length, "$FROM=LAST")
+            ? start_block_last(execute_state(), &f)
+            : start_block_line(line, length, &f);
     else if (length > 5 && says(line, 6, "$WALK="))
         is_free(&f) ? walk_line(line, length, &f) : (void)0;
     else if (says(line, length, "$POSITION=HERE"))
@@ -320,7 +323,7 @@ __attribute__((noinline)) static void command(char *line, uint32_t length) {
     else if (length == 2 && (c == 'L' || c == 'l'))
         tell_link();
     else if (length == 1)
-        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $WALK=mm $RST=$ $RST=# $RST=* $J=line $I $P $L $B $INPUTS $MEMORY $LEVELS=open,arc $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
+        output_line("[HLP:$$ $# $n=value $ES $ES=n $EG $G $N $X $H $POSITION=HERE $FROM=block $FROM=last $WALK=mm $RST=$ $RST=# $RST=* $J=line $I $P $L $B $INPUTS $MEMORY $LEVELS=open,arc $SCOPE $FIRMWARE $RESUME $RETRACT ~ ! ? ctrl-x]");
     else if (c >= '0' && c <= '9')
         assign(line, length, &f);
     else

@@ -83,6 +83,6 @@ bool control_take_position(fault *f) {
         return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
     if (!settings_gears(f))
         return false;
-    machine_know_position();
+    machine_know_position(false);
     return true;
 }

@@ -3,6 +3,7 @@
 
 #include "app/homing.h"
 #include "app/machine.h"
+#include "app/resume.h"
 #include "app/touch.h"
 #include "base/alarm.h"
 #include "base/text.h"
@@ -35,7 +36,7 @@ typedef struct {
 } record;
 
 typedef struct {
-    uint32_t number, line;
+    uint32_t number, line, digest;
     char text[NOTICE_TEXT];
 } notice;
 
@@ -102,6 +103,7 @@ void events_notice(uint32_t number, uint32_t line_number, const char *text, uint
     notice *n = &notices[notice_head++ % NOTICES];
     n->number = number;
     n->line = line_number;
+    n->digest = resume_digest(line_number);
     unsigned at = 0;
     for (uint32_t i = 0; i < length && at < NOTICE_TEXT - 1; i++)
         if (text[i] != READER_DELETED)
@@ -112,8 +114,10 @@ void events_notice(uint32_t number, uint32_t line_number, const char *text, uint
 static void tell_notice(uint64_t cycle, const int32_t *position) {
     notice *n = &notices[notice_tail++ % NOTICES];
     alarm_set_line(n->line);
-    if (!(n->line & ALARM_BY_HAND))
+    if (!(n->line & ALARM_BY_HAND)) {
+        resume_at(n->line, n->digest);
         output_block(cycle, n->line, position, n->text);
+    }
 }
 
 static void here(int32_t position[HAL_AXES]) {

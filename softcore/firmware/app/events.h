@@ -18,8 +18,8 @@ bool events_idle(void);         /* no event waits to be told */
 void events_drop(void);         /* forget the events that wait, and the notices */
 
 /* Leave a notice for the time when the machine enters block `number` of the path: the block's line
-   is in force from then on, and a block from a tape is told. The caller first asks whether there is
-   room. */
+   is in force from then on, and a block from a tape is told and bookmarked. The caller first
+   asks whether there is room, and does not change the state before. */
 bool events_notice_room(void);
 void events_notice(uint32_t number, uint32_t line, const char *text, uint32_t length);
 

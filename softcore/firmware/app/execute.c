@@ -116,7 +116,7 @@ bool execute_start(void) {
     plan_start(&state);
     output_frame(state.offset);
     execute_resynchronise();
-    start_block_begin();
+    start_block_begin(&state);
     commit();
     if (machine_dry())
         output_line("[MSG:dry run: no discharge, cuts at F%u]", settings_get(SET_DRY_RUN_MM_MIN));
@@ -133,7 +133,7 @@ void execute_begin(const plan *p, bool manual, uint32_t source_line, const char 
     line = source_line;
     text = source;
     length = source_length;
-    skipped = !manual && start_block_skips(source_line);
+    skipped = !manual && start_block_skips(source_line, source, source_length);
     told = source_length == 0 || skipped;
     at = !manual && !skipped && start_block_due() ? PART_START_BLOCK : before_motion();
     m_index = 0;
@@ -391,7 +391,8 @@ static bool switch_on(fault *f) {
 static part advance(fault *f) {
     switch (at) {
     case PART_START_BLOCK:
-        start_block_tell();
+        if (!start_block_tell(line, f))
+            return at;
         events_now(EVENT_WORD_PAUSE, "");
         return PART_START_WAITS;
     case PART_START_WAITS:

@@ -11,6 +11,8 @@
 #include "hal/hal.h"
 #include "link/output.h"
 #include "path/path.h"
+#include "store/bookmark.h"
+#include "store/journal.h"
 #include "store/slots.h"
 
 #define VERSION "0.1"
@@ -110,7 +112,7 @@ bool firmware_line(char *line, uint32_t length, fault *f) {
         return fault_at(f, FAULT_COMMAND, 0, "$FIRMWARE takes =B, =D, =E, =K or =C");
     if (!may())
         return fault_at(f, FAULT_BUSY, 0, "firmware is taken only at rest and disarmed: Ctrl-X first");
-    if (slots_busy())
+    if (slots_busy() || journal_holds() || bookmark_holds())
         return fault_at(f, FAULT_BUSY, 0, "the flash memory is busy: send this again");
     slots_result why = obey(what, payload, decode(payload, length - COMMAND - 2));
     explain(why, f);

@@ -70,7 +70,8 @@ static void seek(void) {
 
 static void next(void) {
     if (!order) {
-        machine_know_position();
+        /* All of three digits; the third axis of a wire machine, which has no jump axis, moves the wire. */
+        machine_know_position(settings_get(SET_HOME_ORDER) > (hal_jump_axis() < HAL_AXES ? 100 : 10));
         homing_end(0);
         override_step();
         return;

@@ -9,14 +9,17 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/program.h"
+#include "app/resume.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "base/watch.h"
 #include "gap/condition_check.h"
 #include "gap/gap.h"
 #include "link/output.h"
+#include "store/bookmark.h"
 #include "store/flash.h"
 #include "store/journal.h"
+#include "store/slots.h"
 
 enum { SETTINGS_KIND, PLACES_KIND, CONDITIONS_KIND, CLASSES_KIND };
 _Static_assert(CLASSES_KIND + 1 == JOURNAL_KINDS, "the journal knows the number of kinds");
@@ -111,6 +114,7 @@ void keep_open(void (*between)(void)) {
     refused = 0;
     told = false;
     (void)journal_open(&SOURCE, between);
+    resume_open(between);
 }
 
 void keep_load_settings(void) {
@@ -188,6 +192,7 @@ void keep_tell(void) {
         return;
     told = true;
     firmware_tell_found();
+    resume_tell();
     static const char *const SAYS[] = {
         [JOURNAL_NONE] = "no flash memory answers (identity %u): power-off clears settings and offsets",
         [JOURNAL_UNREADABLE] = "the journal in flash memory cannot be read: settings, offsets, "
@@ -208,16 +213,22 @@ bool keep_step(void) {
             editions[kind] = edition(kind);
             journal_note(kind);
         }
-    if (firmware_step(journal_waits()))
+    if (firmware_step(journal_waits() || bookmark_holds()))
         return true;
-    if (!journal_waits() || machine_machining() || !meter_rests())
-        return false;
-    watch_between();
-    bool more = journal_step();
-    if (journal_now() == JOURNAL_FAILED) {
-        told = false;
-        refused = 0;
-        keep_tell();
+    bool more = false;
+    if (journal_waits() && !bookmark_holds() &&
+        (journal_holds() || (!machine_machining() && meter_rests()))) {
+        watch_between();
+        more = journal_step();
+        if (journal_now() == JOURNAL_FAILED) {
+            told = false;
+            refused = 0;
+            keep_tell();
+        }
+    }
+    if (bookmark_waits() && !journal_holds() && !slots_busy()) {
+        watch_between();
+        more = resume_step() || more;
     }
     return more;
 }

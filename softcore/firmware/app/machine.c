@@ -17,11 +17,12 @@
 
 /* A pattern of many bits: one flipped bit must not make a lost position a known one. */
 #define KNOWN 0x706f7331u
+#define HOMED 0x686f6d65u   /* known by homing all axes */
 
 static bool locked, held, waits, running, machining;
 static bool quenched;           /* the discharge is off for the rest of a hold */
 static bool walks;              /* a walk has lifted the hold */
-static uint32_t place;          /* KNOWN; any other value, as after reset: position lost */
+static uint32_t place;          /* KNOWN or HOMED; any other value, as after reset: position lost */
 
 void machine_init(void) {
     locked = true;
@@ -38,9 +39,10 @@ bool machine_dry(void) { return settings_get(SET_DRY_RUN_MM_MIN); }
 bool machine_burns(void) { return machining && !quenched; }
 bool machine_goes(void) { return running && !held && !waits; }
 
-bool machine_position_lost(void) { return place != KNOWN; }
+bool machine_position_lost(void) { return place != KNOWN && place != HOMED; }
+bool machine_homed(void) { return place == HOMED; }
 
-void machine_know_position(void) { place = KNOWN; }
+void machine_know_position(bool homed) { place = homed || machine_homed() ? HOMED : KNOWN; }
 void machine_lose_position(void) { place = 0; }
 
 bool machine_allows(bool moves, bool burns, fault *f) {

@@ -20,9 +20,10 @@ bool machine_goes(void);                /* path pulses are allowed, and forward 
 bool machine_allows(bool moves, bool burns, fault *f);
 
 /* The position is lost if the axes may stand elsewhere than the counters say. It is known again
-   when the operator confirms it. */
+   when the operator confirms it, or by homing; `homed`: all axes. */
 bool machine_position_lost(void);
-void machine_know_position(void);
+bool machine_homed(void);               /* known by homing, and not lost since then */
+void machine_know_position(bool homed);
 void machine_lose_position(void);
 
 void machine_run(bool run);             /* path pulses are allowed */

@@ -7,6 +7,7 @@
 #include "app/jog.h"
 #include "app/machine.h"
 #include "app/override.h"
+#include "app/resume.h"
 #include "app/start_block.h"
 #include "base/alarm.h"
 #include "base/settings.h"
@@ -53,6 +54,7 @@ void program_init(void) {
     answer = 0;
     at = STAGE_READ;
     wire_offset_reset();
+    start_block_drop();
     cost = (program_cost){0};
     judged = false;
     execute_init();
@@ -318,8 +320,10 @@ static bool step_execute(void) {
     switch (result) {
     case EXECUTE_DONE: next_block(); break;
     case EXECUTE_END:
-        if (!by_hand)
+        if (!by_hand) {
             tape_finish();
+            resume_end();
+        }
         finish_block();
         break;
     case EXECUTE_FAULT: alarm_raise(&trouble); break;

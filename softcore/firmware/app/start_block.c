@@ -2,7 +2,9 @@
 #include "app/start_block.h"
 
 #include "app/machine.h"
+#include "app/resume.h"
 #include "base/settings.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "link/output.h"
 #include "path/path.h"
@@ -23,30 +25,36 @@ void start_block_line(const char *line, uint32_t length, fault *f) {
         number = line[i] >= '0' && line[i] <= '9';
         named = 10 * named + (uint32_t)(line[i] - '0');
     }
+    resume_drop();
     if (!number)
-        fault_at(f, FAULT_COMMAND, 0, "$FROM takes the number of a block of the next tape, as $FROM=7");
-    else
-        first = named;
+        fault_at(f, FAULT_COMMAND, 0, "$FROM takes the number of a block of the next tape, as $FROM=7, or LAST");
+    else if (!(first = named))
+        resume_forget();
 }
+
+void start_block_last(const modal *state, fault *f) { first = resume_ask(state, f); }
 
 void start_block_drop(void) {
     first = 0;
     skipped = false;
+    resume_drop();
 }
 
-void start_block_begin(void) {
+void start_block_begin(modal *state) {
+    resume_begin(state, machine_dry());
     skipped = fluid = false;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        place[axis] = hal_axis_command(axis);
+        place[axis] = state->position[axis];
 }
 
-bool start_block_skips(uint32_t line) {
+bool start_block_skips(uint32_t line, const char *text, uint32_t length) {
+    resume_text(text, length);
     bool skips = line < first;
     skipped = skipped || skips;
     return skips;
 }
 
-bool start_block_due(void) { return skipped; }
+bool start_block_due(void) { return skipped || resume_asked(); }
 
 static void add(const path_move *move) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
@@ -91,8 +99,13 @@ bool start_block_goes(void) {
     return true;
 }
 
-void start_block_tell(void) {
+bool start_block_tell(uint32_t line, fault *f) {
+    if (resume_asked() && !resume_matches(line, f))
+        return false;
+    watch_between(); /* the comparison, this line and the event that follows each take long */
     output_line("[MSG:block %u begins at X%p Y%p Z%p: ~ goes there without discharge, and on from there]",
                 first, place[0] - output_origin(0), place[1] - output_origin(1),
                 place[2] - output_origin(2));
+    watch_between();
+    return true;
 }

@@ -11,14 +11,18 @@
 #include "interp/plan.h"
 
 /* `$FROM=n`: the next tape begins at its block n, counted from 1; with 0 or 1 it is carried out
-   whole. In force for one tape, and until an alarm or a reset. */
+   whole. `$FROM=last`: at the block in which it was interrupted; `$FROM=0` also forgets this block.
+   In force for one tape, and until an alarm or a reset. */
 void start_block_line(const char *line, uint32_t length, fault *f);
+void start_block_last(const modal *state, fault *f);
 void start_block_drop(void);
 
-/* A tape starts: what follows is reckoned from where the machine stands. */
-void start_block_begin(void);
+/* A tape starts: what follows is reckoned from where the machine stands, or stood when it started
+   first. */
+void start_block_begin(modal *state);
 
-bool start_block_skips(uint32_t line);  /* is this block of the tape left out? */
+/* Take the next block of the tape: is it left out? */
+bool start_block_skips(uint32_t line, const char *text, uint32_t length);
 bool start_block_due(void);             /* blocks were left out, and the machine is not yet there */
 
 /* Take what a block left out would have done. */
@@ -30,4 +34,7 @@ bool start_block_fluid(void);           /* M08 is in force */
 /* Append the next move to where the block begins, at the start/stop speed: first up and then across,
    or first across and then down. Only at the front; false if the machine is there. */
 bool start_block_goes(void);
-void start_block_tell(void);            /* tell the place, and what the operator is asked to do */
+
+/* Tell the place of block `line`, and what the operator is asked to do. False with a fault if the tape
+   is to go on, and is not the one that was interrupted. */
+bool start_block_tell(uint32_t line, fault *f);

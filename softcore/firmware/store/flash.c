@@ -12,6 +12,13 @@ static hal_flash_region region;
 static uint32_t identity;
 
 uint8_t flash_byte(uint8_t byte) { return hal_flash_exchange(byte); }
+uint32_t flash_word(void) {
+    uint32_t word = 0;
+    for (unsigned i = 0; i < 4; i++)
+        word = word >> 8 | (uint32_t)flash_byte(0) << 24;
+    return word;
+}
+
 void flash_end(void) { hal_flash_select(false); }
 uint32_t flash_identity(void) { return identity; }
 unsigned flash_sectors(void) { return region.sectors; }

@@ -25,4 +25,5 @@ void flash_read(unsigned sector, unsigned at);
 void flash_program(unsigned sector, unsigned at);
 void flash_erase(unsigned sector);
 uint8_t flash_byte(uint8_t byte);
+uint32_t flash_word(void);          /* the next four bytes, the lowest first */
 void flash_end(void);

@@ -172,6 +172,8 @@ bool journal_waits(void) {
     return (state == JOURNAL_KEEPS || state == JOURNAL_UNREADABLE) && (dirty || doing != REST);
 }
 
+bool journal_holds(void) { return journal_waits() && doing >= ERASING && doing != FILL; }
+
 static bool has_changed(void) { return kind < JOURNAL_KINDS && dirty >> kind & 1; }
 
 static void begin_record(unsigned which) {

@@ -53,8 +53,11 @@ void journal_begin(void (*between)(void));
 /* Call when a kind may have changed. It is written after a quarter of a second without changes. */
 void journal_note(unsigned kind);
 
+/* Has it a command or a write in the memory? Others then have to wait, and journal_step goes on. */
+bool journal_holds(void);
+
 /* journal_waits: is there anything to be written? journal_step: do a step of it, at most some 3000
-   clocks; true if another one can follow at once. Call journal_step only while the machine may be
-   disturbed. A record may stay half written for any time. */
+   clocks; true if another one can follow at once. Without journal_holds call journal_step only while
+   the machine may be disturbed. A record may stay half written for any time. */
 bool journal_waits(void);
 bool journal_step(void);

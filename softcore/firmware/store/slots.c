@@ -51,6 +51,12 @@ uint32_t slots_room(void) {
     return opened && flash_slot_sectors() ? (flash_slot_sectors() - 1) * FLASH_SECTOR : 0;
 }
 
+unsigned slots_spare(void) {
+    uint32_t longest = hal_image_read().words[IMAGE_MEMORY] - SPARE;
+    uint32_t taken = 1 + (longest + FLASH_SECTOR - 1) / FLASH_SECTOR;
+    return slots_room() && taken < flash_slot_sectors() ? flash_slot_sectors() - taken : 0;
+}
+
 static void read_at(unsigned where, uint32_t place, void *to, uint32_t bytes) {
     flash_read(where + place / FLASH_SECTOR, place % FLASH_SECTOR);
     for (uint8_t *byte = to; bytes--; byte++)
@@ -86,13 +92,6 @@ static bool is_ours(const uint32_t *words) {
     return true;
 }
 
-static uint32_t next_word(void) {
-    uint32_t word = 0;
-    for (unsigned i = 0; i < 4; i++)
-        word = word >> 8 | (uint32_t)flash_byte(0) << 24;
-    return word;
-}
-
 static void begin_reading(unsigned number, uint32_t place) {
     flash_read(sector_of(number) + 1 + place / FLASH_SECTOR, place % FLASH_SECTOR);
 }
@@ -105,8 +104,8 @@ static bool is_whole(unsigned number, const head *h) {
     uint32_t total = 0;
     begin_reading(number, 0);
     for (uint32_t i = 0; i < h->length / 4 - 1; i++)
-        total = mix(total, next_word());
-    bool whole = next_word() == total && total == h->digest;
+        total = mix(total, flash_word());
+    bool whole = flash_word() == total && total == h->digest;
     flash_end();
     return whole;
 }
@@ -291,11 +290,11 @@ static void read_back(void (*between)(void)) {
     begin_reading(slot, have);
     for (unsigned slice = 0; slice < SLICES && have < coming.length - 4; slice++) {
         for (uint32_t stop = have + SLICE; have < stop && have < coming.length - 4; have += 4)
-            sum = mix(sum, next_word());
+            sum = mix(sum, flash_word());
         between();
     }
     if (have == coming.length - 4) {
-        bool whole = next_word() == sum && sum == coming.digest;
+        bool whole = flash_word() == sum && sum == coming.digest;
         flash_end();
         if (whole)
             begin_program(sector_of(slot), 0, &coming, sizeof coming);

@@ -27,6 +27,7 @@ void slots_boot(void);
 unsigned slots_running(void);
 bool slots_confirmed(void);
 uint32_t slots_room(void);          /* bytes of the longest image */
+unsigned slots_spare(void);         /* sectors at the end of each slot that no image reaches */
 
 /* What power-on found out about a slot that could not be used, and which slot. */
 typedef enum { SLOTS_SOUND, SLOTS_SKIPPED, SLOTS_UNCONFIRMED, SLOTS_TORN } slots_finding;

@@ -21,8 +21,8 @@ OVERRUN = 40            # pulses that an axis goes on after its switch, with the
 class Machine(Controller):
     """A controller whose axes have reference switches at these places of the model's counts."""
 
-    def __init__(self, low=(-20_000, -30_000, None), high=(None, None, 25_000)):
-        super().__init__()
+    def __init__(self, low=(-20_000, -30_000, None), high=(None, None, 25_000), **options):
+        super().__init__(**options)
         self.low, self.high = low, high
         self.stuck = set()      # switches that stay pressed: (axis, end)
         self.library.gk_speed(97)

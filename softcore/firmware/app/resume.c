@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/resume.h"
+
+#include "app/machine.h"
+#include "link/output.h"
+#include "store/bookmark.h"
+
+static bool asked;              /* the next tape is to go on */
+static bool kept;               /* the tape under way moves the bookmark */
+static bool ours;               /* the bookmark is not from before power-on */
+static bool begun;              /* a tape has started, and not come to its first block */
+static bookmark first;          /* what its first block makes of the bookmark */
+static uint32_t sum;            /* of the tape's text so far */
+static const modal *now;        /* the state of the tape under way; 0 before the first tape */
+static uint32_t edition, entered;   /* its edition, and the sum of what outlives a tape in it */
+
+static uint32_t mix(uint32_t total, uint32_t more) {
+    total = (total ^ more) * 0x9e3779b1u;
+    return total ^ total >> 15;
+}
+
+static uint32_t mix_all(uint32_t total, const void *from, unsigned count) {
+    for (const uint32_t *next = from; count--; next++)
+        total = mix(total, *next);
+    return total;
+}
+
+void resume_open(void (*between)(void)) {
+    asked = kept = ours = begun = false;
+    now = 0;
+    bookmark_open(between);
+}
+
+void resume_tell(void) {
+    if (bookmark_now()->line)
+        output_line("[MSG:a tape was interrupted in block %u: $H, $FROM=last and the same tape go on there.]",
+                    bookmark_now()->line);
+}
+
+/* Is the machine frame that of the interrupted run, and program zero where it was? */
+static bool is_there(const int32_t *zero, fault *f) {
+    const bookmark *last = bookmark_now();
+    if (!last->line)
+        return fault_at(f, FAULT_START_BLOCK, 0, "no tape was interrupted");
+    if (!ours && !(last->homed && machine_homed()))
+        return fault_at(f, FAULT_START_BLOCK, 0,
+                        "$FROM=last needs $H before that run and now; $FROM=%u begins there without it",
+                        last->line);
+    int32_t way[HAL_AXES];
+    bool same = true;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        same = same && zero[axis] == last->zero[axis];
+        way[axis] = hal_axis_command(axis) - last->zero[axis];
+    }
+    return same ||
+           fault_at(f, FAULT_START_BLOCK, 0,
+                    "program zero is not where it was; here, in G54 and G21, G92 X%p Y%p Z%p sets it",
+                    way[0], way[1], way[2]);
+}
+
+uint32_t resume_ask(const modal *state, fault *f) {
+    int32_t zero[HAL_AXES];
+    /* Tapes start in G54. */
+    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+        zero[axis] = state->offset[axis] - state->systems[state->system][axis] + state->systems[0][axis];
+    asked = is_there(zero, f);
+    return asked ? bookmark_now()->line : 0;
+}
+
+bool resume_asked(void) { return asked; }
+void resume_drop(void) { asked = false; }
+
+void resume_forget(void) {
+    if (bookmark_now()->line)
+        bookmark_move(0, 0);
+}
+
+void resume_begin(modal *state, bool dry) {
+    now = state;
+    kept = begun = !dry;
+    sum = edition = 0;
+    first.homed = machine_homed();
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        if (asked)
+            state->position[axis] = bookmark_now()->start[axis];
+        first.start[axis] = state->position[axis];
+        first.zero[axis] = state->offset[axis];
+    }
+}
+
+__attribute__((noinline)) void resume_text(const char *text, uint32_t length) {
+    for (uint32_t i = 0; i < length; i++)
+        sum = mix(sum, (uint8_t)text[i]);
+    sum = mix(sum, length);
+}
+
+__attribute__((noinline)) uint32_t resume_digest(uint32_t line) {
+    if (!now)
+        return 0;
+    if (edition != now->edition) {
+        const retraction_layer *mdi = &now->memory.mdi;
+        edition = now->edition;
+        entered = mix_all(0, now->systems, PLAN_KEPT);
+        for (unsigned item = 0; item < ITEMS; item++)
+            if (mdi->given >> item & 1)
+                entered = mix(entered + item, (uint32_t)mdi->value[item]);
+    }
+    uint32_t total = mix(mix(sum, entered), line);
+    return mix_all(mix_all(total, now->position, HAL_AXES), now->offset, HAL_AXES);
+}
+
+__attribute__((noinline)) void resume_at(uint32_t line, uint32_t digest) {
+    if (!kept)
+        return;
+    if (begun) {
+        first.line = line;
+        first.digest = digest;
+        bookmark_put(&first);
+    } else {
+        bookmark_move(line, digest);
+    }
+    begun = false;
+    ours = true;
+}
+
+void resume_end(void) {
+    if (kept)
+        resume_forget();
+}
+
+bool resume_matches(uint32_t line, fault *f) {
+    return is_there(first.zero, f) &&
+           ((line == bookmark_now()->line && resume_digest(line) == bookmark_now()->digest) ||
+            fault_at(f, FAULT_START_BLOCK, 0,
+                     "not the interrupted tape, or G10, G28.1, G30.1, G36 by hand are not as they "
+                     "were; see $FROM=%u", bookmark_now()->line));
+}
+
+bool resume_step(void) {
+    bool failed = bookmark_failed(), more = bookmark_step();
+    if (bookmark_failed() && !failed)
+        output_line("[MSG:the flash memory does not keep the block of the tape: power-off clears it.]");
+    return more;
+}

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenario: the power of the controller is cut while a tape cuts, and the tape goes on afterwards.
+
+The machine goes on without its controller: its axes brake, the workpiece stays as it is. Then the
+operator homes the axes and lets the tape go on (``$FROM=last``).
+"""
+
+from dataclasses import dataclass
+
+from host.link.link import RESUME, Link
+from host.machines import machine as machines
+from host.run.events import Scale, is_event, parse
+from host.run.simulation import Simulation as Piped
+from host.tape.tape import encode
+from softcore.soc import MEMORY_SIZE
+from softcore.tables.settings import assign
+from softcore.top import SIMULATED_JOURNAL
+from testbench.cosim.job import MM
+from testbench.models import bookmark
+from testbench.native.simulation import Simulation
+
+__all__ = ["BLOCKS", "TAPE", "Result", "Shop", "cut", "machine_on", "whole"]
+
+MACHINE = machines.load("sinker")
+SWITCH_MM = 1.5             # reference switches, from where the axes start
+OFF_S = 0.2
+WRITTEN_S = 0.6             # the journal writes the zero
+PATIENCE_S = 30.0
+RING = bookmark.sectors(SIMULATED_JOURNAL, MEMORY_SIZE)
+AXES = ("axis_x_command", "axis_y_command", "axis_z_command")
+# A cavity 0.3 mm deep, with a change of the retraction data. Block 1 is `%`.
+TAPE = """%
+G21 G90 G94 C130
+G36 R300 L0.5 H600 E60 Q0.1
+M08
+M03
+G00 Z0.05
+G01 Z-0.1 F10
+Z-0.15
+Z-0.2
+G36 R600 L0.3
+Z-0.25
+G91 Z-0.05
+G04 P300
+M05
+G90 G00 Z0.9
+M09
+M02
+%
+"""
+BLOCKS = range(2, 18)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a job has left: depth of the cavity in um; the axes' machine places; clocks it took."""
+
+    depth_um: float
+    places: tuple[int, ...]
+    clocks: int
+
+
+def machine_on(seed: int) -> Simulation:
+    """The sinker, with reference switches near by and without scatter, so that frames compare."""
+    side = MACHINE.tables["side"] | {"limit_low_mm": -SWITCH_MM, "limit_high_mm": SWITCH_MM,
+                                     "limit_scatter_um": 0.0}
+    return Simulation(machine={**MACHINE.tables, "side": side}, clock_hz=MACHINE.clock_hz,
+                      seed=seed, trace=False)
+
+
+class Shop:
+    """An operator at a controller that has just been switched on. ``said``: lines, not events."""
+
+    def __init__(self, session: Simulation):
+        self.session = session
+        self.pipe = Piped(session)
+        self.link = Link(self.pipe, self._hear)
+        self.events: list[dict] = []
+        self._scale = Scale(session.clock_hz, MM)
+        self.said = self._greeting()
+
+    def _greeting(self) -> list[str]:
+        """Lines of the first quarter of a second."""
+        said, end = b"", self.session.cycle + self.session.clock_hz // 4
+        while self.session.cycle < end:
+            said += self.session.receive(end - self.session.cycle)
+        lines = said.decode().split("\r\n")
+        assert lines[0].startswith("Grbl "), lines
+        return lines
+
+    def _hear(self, line):
+        if is_event(line):
+            self.events.append(parse(line, self._scale))
+        else:
+            self.said.append(line)
+
+    def run(self, seconds: float) -> None:
+        """Let so much time pass."""
+        end = self.session.cycle + round(seconds * self.session.clock_hz)
+        while self.session.cycle < end:
+            self.link.poll((end - self.session.cycle) / self.session.clock_hz)
+
+    def told(self, event: str) -> list[dict]:
+        """Events of a name."""
+        return [one for one in self.events if one["event"] == event]
+
+    def blocks(self) -> list[int]:
+        """Blocks that were told."""
+        return [event["line"] for event in self.told("block")]
+
+    def places(self) -> tuple[int, ...]:
+        """Commands to the axes, in the controller's own counts."""
+        return tuple(self.session.probe(name) for name in AXES)
+
+    def ready(self) -> None:
+        """Home and arm."""
+        for name, value in (("home_pull_off_um", 100), ("home_slow_mm_min", 60)):
+            self.link.command(assign(name, value))
+        self.link.command("$H")
+        self.session.press_arm()
+        self.run(0.05)
+        assert self.link.status()["state"] == "Idle"
+
+    def zero(self) -> None:
+        """Set the zero on the top of the workpiece, as a touch would; the journal keeps it."""
+        height = self.session.get("read.electrode_um") / 1000
+        self.link.command(f"G10 L20 P1 X0 Y0 Z{height:.4f}")
+        self.run(WRITTEN_S)
+
+    def start(self) -> None:
+        """Send the tape."""
+        assert self.link.send_tape(encode(TAPE).rows, lambda: False)
+
+    def until(self, event: str) -> None:
+        """Run to an event; an alarm is a failure."""
+        end = self.session.cycle + round(PATIENCE_S * self.session.clock_hz)
+        while not self.told(event):
+            assert not self.told("alarm"), (self.told("alarm"), self.said)
+            assert self.session.cycle < end, f"{event} did not come"
+            self.link.poll(0.01)
+
+    def result(self, since: int) -> Result:
+        """The end of the tape, which began in a clock."""
+        self.until("program_end")
+        took = self.session.cycle - since
+        self.run(0.1)
+        places = tuple(round(float(one) * MM) for one in self.link.status()["MPos"].split(","))
+        return Result(self.session.get("read.depth_um"), places, took)
+
+
+def whole(seed: int) -> Result:
+    """Run the tape without an interruption."""
+    with machine_on(seed) as session:
+        shop = Shop(session)
+        shop.ready()
+        shop.zero()
+        begun = session.cycle
+        shop.start()
+        result = shop.result(begun)
+        assert shop.blocks() == list(BLOCKS), shop.blocks()
+        return result
+
+
+def cut(seed: int, clocks: int) -> tuple[int | None, Result]:
+    """Cut the power so many clocks after the start of the tape, and go on.
+
+    Return the block in which the controller was interrupted, 0 for none, and the result.
+    """
+    with machine_on(seed) as session:
+        shop = Shop(session)
+        shop.ready()
+        shop.zero()
+        begun = session.cycle
+        shop.start()
+        while session.cycle < begun + clocks:
+            shop.link.poll((begun + clocks - session.cycle) / session.clock_hz)
+        told, ended = shop.blocks(), bool(shop.told("program_end"))
+        old = max((event["line"] for event in shop.told("block")
+                   if event["cycle"] < session.cycle - 1.1 * session.clock_hz), default=0)
+        burnt = session.get("read.sparks")
+
+        session.power_off_and_on(OFF_S)
+        again = Shop(session)
+        kept = bookmark.newest(session.flash.read, RING)
+        block = kept.line if kept else 0
+        assert [line for line in again.said if "was interrupted" in line] == (
+            [f"[MSG:a tape was interrupted in block {block}: $H, $FROM=last and the same tape "
+             "go on there.]"] if block else [])
+        assert again.link.status()["state"] == "Alarm", "locked as always"
+        assert session.probe("safety_status_safe")
+        stood = [session.get(f"read.{axis}_pulses") for axis in "xyz"]
+        again.run(0.1)
+        assert [session.get(f"read.{axis}_pulses") for axis in "xyz"] == stood, "it stands"
+        sparks = session.get("read.sparks")
+        assert sparks - burnt <= 1, "without power nothing burns"
+        # A block may have been kept whose event was still on the line.
+        assert block <= max(told, default=1) + 1
+        assert block >= old or ended or told[-1:] == [BLOCKS[-1]], "at most a block or a second old"
+        again.ready()
+        if block:
+            again.link.command("$FROM=last")
+        elif told and (ended or told[-1] == BLOCKS[-1]):
+            return 0, again_result(again, session.cycle - begun)
+        begun = session.cycle
+        again.start()
+        if block:
+            again.until("pause")
+            stood = again.places()
+            again.run(0.05)
+            assert again.places() == stood, "nothing moves before the operator's word"
+            assert session.get("read.sparks") == sparks, "nor does anything burn"
+            assert not again.blocks()
+            again.link.press(RESUME)
+        result = again.result(begun)
+        assert again.blocks() == list(range(block or BLOCKS[0], BLOCKS[-1] + 1)), "none is skipped"
+        return block, result
+
+
+def again_result(shop: Shop, took: int) -> Result:
+    """A job that had ended before the cut; only its workpiece counts."""
+    return Result(shop.session.get("read.depth_um"), (), took)
