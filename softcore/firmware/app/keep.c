@@ -229,6 +229,7 @@ bool keep_step(void) {
     if (bookmark_waits() && !journal_holds() && !slots_busy()) {
         watch_between();
         more = resume_step() || more;
+        watch_between();
     }
     return more;
 }

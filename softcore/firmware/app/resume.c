@@ -2,6 +2,7 @@
 #include "app/resume.h"
 
 #include "app/machine.h"
+#include "base/watch.h"
 #include "link/output.h"
 #include "store/bookmark.h"
 
@@ -99,11 +100,13 @@ __attribute__((noinline)) uint32_t resume_digest(uint32_t line) {
         return 0;
     if (edition != now->edition) {
         const retraction_layer *mdi = &now->memory.mdi;
+        watch_between();
         edition = now->edition;
         entered = mix_all(0, now->systems, PLAN_KEPT);
         for (unsigned item = 0; item < ITEMS; item++)
             if (mdi->given >> item & 1)
                 entered = mix(entered + item, (uint32_t)mdi->value[item]);
+        watch_between(); /* this takes long, and so does what comes around it */
     }
     uint32_t total = mix(mix(sum, entered), line);
     return mix_all(mix_all(total, now->position, HAL_AXES), now->offset, HAL_AXES);

@@ -49,6 +49,7 @@ static void tell(const char *text, size_t length) {
     uint16_t crc = CRC_START;
     for (size_t k = 0; k < length; k++)
         crc = crc_step(crc, (uint8_t)text[k]);
+    watch_between();
     output_line("[%s*%x%x]", text, (unsigned)crc >> 8, (unsigned)crc & 0xffu);
 }
 
