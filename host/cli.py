@@ -85,8 +85,8 @@ def run(
     start: Annotated[str | None, typer.Option(
         "--from", metavar="BLOCK", show_default=False,
         help="Begin at a block of the tape: its number as messages have it (7), its N word (N60), "
-             "or `last`, where a run with this DIR was interrupted. The blocks before only set "
-             "modes and places; the machine goes there without discharge, at a port after Enter.",
+             "or `last`, where a run with this DIR or the controller's tape broke off. The blocks "
+             "before only set modes and places; the way there is without discharge, after Enter.",
     )] = None,
     until: Annotated[float | None, typer.Option(
         min=0.0, metavar="SECONDS", show_default=False,

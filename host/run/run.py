@@ -93,7 +93,9 @@ class Run:
     start of its file; without it both position and program zero must have been declared. With
     ``arm`` the run waits until the discharge is armed. With ``from_block`` the tape begins at this
     block, counted from 1: those before it are reckoned only, and the machine stops before it goes
-    there. ``zero`` is where program zero must be at the start, as ``offset``, if that is known.
+    there. With ``from_record`` the controller itself knows the block in which the tape was
+    interrupted; ``from_block`` is then this block as soon as it has told it. ``zero`` is where
+    program zero must be at the start, as ``offset``, if that is known.
     ``at_block`` is called with the number of every block that begins. ``goes_on`` is called at this
     stop, and at a programmed one, until it returns True; it is given what the controller asks for,
     or nothing at M00 and M01. ``watch`` is called now and then with the run, to show its progress.
@@ -115,6 +117,7 @@ class Run:
     at_start: bool = True
     arm: bool = True
     from_block: int = 0
+    from_record: bool = False
     zero: dict[str, float] = field(default_factory=dict)
     at_block: Callable[[int], None] = lambda block: None
     goes_on: Callable[[str], bool] = lambda asked: True
@@ -224,6 +227,8 @@ class Run:
             places = status["WCO"].split(",")
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))
         self._check_zero(status)
+        if self.from_record:
+            self._enter("$FROM=LAST", "the tape that is to go on (--from last)")
 
     def _check_zero(self, status: dict[str, str]) -> None:
         """Refuse a program zero that is not where it was; tell the line that sets it there."""
@@ -333,7 +338,10 @@ class Run:
 
     def _note(self, event: Event) -> None:
         if event["event"] == "pause":  # M00
-            self._asks = self._message if STARTS_AT.match(self._message) else ""
+            starts = STARTS_AT.match(self._message)
+            self._asks = self._message if starts else ""
+            if starts and self.from_record:
+                self.from_block = int(starts[1])
             self._message = ""
             self._paused = not self.goes_on(self._asks)
             if not self._paused:

@@ -24,7 +24,7 @@ from host.machines.machine import Machine
 from host.machines.machine_file import DRIVES
 from host.run import report, simulation
 from host.run.controller import Controller
-from host.run.interrupted import LAST, Interrupted, Last, last
+from host.run.interrupted import FILE, LAST, Interrupted, Last, last
 from host.run.run import STATUS_OF, Run, count_retractions, write_events
 from host.run.summary import (
     Summary,
@@ -108,10 +108,14 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder:
     chosen = machines.load(DEFAULT if machine is None else machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted = _scope(scope)
-    begin, zero = _begin(folder, tape, start)
-    if zero and at_start:
+    record = start is not None and start.lower() == LAST and not (folder / FILE).exists()
+    begin, zero = (0, {}) if record else _begin(folder, tape, start)
+    if (zero or record) and at_start:
         raise UsageError(f"--from {LAST} and --at-start: the machine stands where the tape was "
                          "interrupted, and not at its start.")
+    if record:
+        console.print(f"the folder {folder} has no interrupted run: the tape goes on where the "
+                      "controller says", soft_wrap=True, markup=False)
     port = Port(url, baud)
     try:
         with console.status("asking the controller who it is") as status:
@@ -122,7 +126,7 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder:
             controller.identify(reset=reset)
             job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
                       arm=arm, goes_on=Stop(say), scope=wanted, from_block=begin,
-                      zero=zero, watch=Watch(console, status, chosen))
+                      from_record=record, zero=zero, watch=Watch(console, status, chosen))
             block = _execute(job, folder)
             status.update("drawing the report")
             trace = columns_of(job, controller)

@@ -10,7 +10,7 @@ from host.tape.tape import Tape, decode
 __all__ = ["STARTS_AT", "block_of"]
 
 # The controller's message before it goes there.
-STARTS_AT = re.compile(r"block \d+ begins at ")
+STARTS_AT = re.compile(r"block (\d+) begins at ")
 
 _WANTED = re.compile(r"(N?)(\d{1,8})", re.IGNORECASE)
 _NUMBER = re.compile(r"N(\d+)", re.IGNORECASE)

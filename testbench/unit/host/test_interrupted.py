@@ -12,6 +12,7 @@ from hashlib import sha256
 import pytest
 
 from host.errors import UsageError
+from host.link.link import RESET
 from host.machines import machine as machines
 from host.run import interrupted, session, simulation
 from host.run.interrupted import FILE, Interrupted, last
@@ -145,6 +146,41 @@ def test_a_zero_that_has_moved_is_refused_until_it_is_there_again():
         tried()
     line = re.search(r"--mdi '(G92 [^']*)'", str(refused.value))[1]
     assert tried(line) == pytest.approx(moved, abs=1e-4)
+
+
+def test_without_a_file_it_is_not_the_start_of_the_machine_either(workdir):
+    (workdir / "part.nc").write_text("%\nG21\nG01 X1\nM02\n%\n")
+    (workdir / FILE).unlink(missing_ok=True)
+    with pytest.raises(UsageError, match="--from last and --at-start: the machine stands where"):
+        session.run_tape_at("socket://nowhere:1", workdir / "part.nc", baud=1, machine="sinker",
+                            folder=workdir, mdi=[], until_s=None, clock_hz=None, at_start=True,
+                            arm=False, reset=False, scope=None, console=None, start="LAST")
+
+
+def test_the_controllers_own_record_leads_on():
+    machine, tape = machines.load("sinker"), encode(LONG)
+    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=1, trace=False,
+                                  waves=None, progress=print)
+    try:
+        fresh = Run(machine, tape, machine_on, from_record=True)
+        with pytest.raises(UsageError, match=r"\(--from last\) is refused .* no tape was int"):
+            fresh.set_up()
+        machine_on.write(RESET)
+        first = Run(machine, tape, machine_on, until_s=machine_on.time_s() + 1.5)
+        assert first.execute() == "stopped"
+        assert first.from_block == 0
+        machine_on.write(RESET)
+        asked = []
+        second = Run(machine, tape, machine_on, at_start=False, from_record=True,
+                     until_s=machine_on.time_s() + 1.5,
+                     goes_on=lambda said: bool(asked.append(said)) or True)
+        assert second.execute() == "stopped"
+        assert second.from_block == 7
+        assert [event["text"] for event in second.events if event["event"] == "block"] == [
+            "N60 X2 F5"]
+        assert asked[0].startswith("block 7 begins at X0.0200 ")
+    finally:
+        machine_on.close()
 
 
 def run(*options):
