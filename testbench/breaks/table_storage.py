@@ -32,7 +32,7 @@ STORAGE = (
         (" && words[0] > sequence", "", "the newest sector counts"),
         ("hal_cycle_low() - written >= hal_clock_hz()", "true", "at most one write in a second"),
         ("(!now.line || ", "(", "the end of a tape is written at once"),
-        ("if (opens && !blank &&", "if (opens && !blank && ahead &&",
+        ("opens && !blank && (ahead || changed);", "opens && !blank && ahead;",
          "after power-on the next sector is erased too"),
         ("failures > FAILURES", "failures > 1000u", "a memory that keeps nothing is told"),
         ("== words[i] && same;", "== words[i] || same;", "a mark is read back"),
@@ -76,7 +76,8 @@ STORAGE = (
     ),
     *breaks_of(
         "softcore/firmware/app/keep.c", JOURNAL,
-        ("(rests || journal_holds())", "true", "nothing is written while the machine works"),
+        ("(journal_holds() || (!machine_machining() && meter_rests()))", "true",
+         "nothing is written while the machine works"),
         ("return condition_check_row(&row) && conditions_enter", "return conditions_enter",
          "a condition is checked"),
         ("places_sound(part))", "(places_sound(part) || part))", "offsets are checked"),
