@@ -391,10 +391,7 @@ static bool switch_on(fault *f) {
 static part advance(fault *f) {
     switch (at) {
     case PART_START_BLOCK:
-        if (!start_block_tell(line, f))
-            return at;
-        events_now(EVENT_WORD_PAUSE, "");
-        return PART_START_WAITS;
+        return start_block_tell(line, f) ? PART_START_WAITS : at;
     case PART_START_WAITS:
         if (!resumed)
             return at;

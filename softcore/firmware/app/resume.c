@@ -108,8 +108,8 @@ __attribute__((noinline)) uint32_t resume_digest(uint32_t line) {
                 entered = mix(entered + item, (uint32_t)mdi->value[item]);
         watch_between(); /* this takes long, and so does what comes around it */
     }
-    uint32_t total = mix(mix(sum, entered), line);
-    return mix_all(mix_all(total, now->position, HAL_AXES), now->offset, HAL_AXES);
+    /* Position and offsets follow from the text, what was entered, and where the tape began. */
+    return mix(mix(sum, entered), line);
 }
 
 __attribute__((noinline)) void resume_at(uint32_t line, uint32_t digest) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/start_block.h"
 
+#include "app/events.h"
 #include "app/machine.h"
 #include "app/resume.h"
 #include "base/settings.h"
@@ -107,5 +108,6 @@ bool start_block_tell(uint32_t line, fault *f) {
                 first, place[0] - output_origin(0), place[1] - output_origin(1),
                 place[2] - output_origin(2));
     watch_between();
+    events_now(EVENT_WORD_PAUSE, "");
     return true;
 }
