@@ -20,7 +20,7 @@ import random
 from collections import Counter, deque
 from dataclasses import dataclass
 
-from host.link.link import HOLD, RESET, RESUME, RETRACT, Link, RefusedError, Sent
+from host.link.link import GREETING, HOLD, RESET, RESUME, RETRACT, Link, RefusedError, Sent
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import encode
 from softcore.tables.settings import assign
@@ -122,6 +122,7 @@ class Operator:
         self.still_since = session.cycle
         self.held: list[int] | None = None  # in a hold, at rest
         self.reset_at: int | None = None
+        self.greets = False             # the greeting after a reset is still to come
         self.moved = 0
         self.limit = LIMIT_MM
         self.latched = False
@@ -139,6 +140,7 @@ class Operator:
         self.link.await_greeting()
 
     def _hear(self, line):
+        self.greets = self.greets and not line.startswith(GREETING)
         if f"  < {line}" != self.log[-1]:   # the same status again says nothing
             self.log.append(f"  < {line}")
 
@@ -258,6 +260,11 @@ class Operator:
         """Wait until a reset has had its effect: what is ordered now is ordered after it."""
         while self.reset_at is not None:
             self.pass_time(SLICE_S)
+        # A line that is on its way when the greeting comes would be out of sequence from then on.
+        end = self.session.cycle + round(STOPS_S * self.session.clock_hz)
+        while self.greets and self.session.cycle < end:
+            self.pass_time(SLICE_S)
+        self.greets = False
 
     def _send(self, line, *moves):
         self._settle()
@@ -325,6 +332,7 @@ class Operator:
     def _reset(self):
         self.link.realtime(RESET)
         self._was_reset()
+        self.greets = True
 
     def _override(self):
         self.link.realtime(self.rng.choice(OVERRIDES))
