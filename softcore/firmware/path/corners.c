@@ -43,16 +43,16 @@ __attribute__((noinline)) static uint32_t turn_rate(const int32_t a[HAL_AXES],
 
 /* Above the start/stop speed, a lower feed must be reached before the junction. */
 void corners_join_rates(uint32_t number) {
-    path_segment *a = in_window(number);
-    a->slows = in_window(number + 1)->rate < a->rate && a->rate > settings_start_rate();
+    path_segment *a = window_segment(number);
+    a->slows = window_segment(number + 1)->rate < a->rate && a->rate > settings_start_rate();
 }
 
 /* A junction is a corner, and not tangent, if at the highest speed an axis would change its speed
    by more than the start/stop speed, which the machine can do at once, or if the lag of the drives
    would round it by more than the setting. Within an arc the highest speed is the same. */
 void corners_join(uint32_t number) {
-    path_segment *a = in_window(number);
-    const path_segment *b = in_window(number + 1);
+    path_segment *a = window_segment(number);
+    const path_segment *b = window_segment(number + 1);
     corners_join_rates(number);
     a->turn = 0;
     a->corner = false;
@@ -77,10 +77,10 @@ static void spread(void) {
         fast.to = window_high - 1;
     if (fast.from < window_low)
         fast.from = window_low;
-    while (fast.to + 1 < window_high && !in_window(fast.to)->corner &&
-           !in_window(fast.to)->slows)
+    while (fast.to + 1 < window_high && !window_segment(fast.to)->corner &&
+           !window_segment(fast.to)->slows)
         fast.to++;
-    while (fast.from > window_low && !in_window(fast.from - 1)->corner)
+    while (fast.from > window_low && !window_segment(fast.from - 1)->corner)
         fast.from--;
 }
 
@@ -105,13 +105,13 @@ static void slower(slow_place *place, int32_t at, uint32_t rate, bool sooner) {
 
 /* The corner at the end of a segment, and those behind it whose zones begin before it. */
 __attribute__((noinline)) static slow_place slow_ahead(uint32_t to) {
-    int32_t border = end_of(to);
+    int32_t border = window_end(to);
     slow_place place = {border, 0};
     for (uint32_t number = to; number + 1 < window_high && number < to + NEAR; number++) {
-        uint32_t rate = in_window(number)->turn;
+        uint32_t rate = window_segment(number)->turn;
         if (!rate)
             continue;
-        int32_t at = moved_back(end_of(number), way_of(rate, settings_corner_before()));
+        int32_t at = moved_back(window_end(number), way_of(rate, settings_corner_before()));
         if (number == to || difference(at, border) < 0)
             slower(&place, at, rate, difference(at, place.at) < 0);
     }
@@ -120,13 +120,13 @@ __attribute__((noinline)) static slow_place slow_ahead(uint32_t to) {
 
 /* The same for the way back from the start of a segment. */
 __attribute__((noinline)) static slow_place slow_behind(uint32_t from) {
-    int32_t border = in_window(from)->start;
+    int32_t border = window_segment(from)->start;
     slow_place place = {border, 0};
     for (uint32_t number = from; number > window_low && number + NEAR > from; number--) {
-        uint32_t rate = in_window(number - 1)->turn;
+        uint32_t rate = window_segment(number - 1)->turn;
         if (!rate)
             continue;
-        int32_t at = moved(in_window(number)->start, way_of(rate, settings_corner_before()));
+        int32_t at = moved(window_segment(number)->start, way_of(rate, settings_corner_before()));
         if (number == from || difference(at, border) > 0)
             slower(&place, at, rate, difference(at, place.at) > 0);
     }
@@ -138,7 +138,8 @@ static int32_t bound_of(uint32_t rate) { return (int32_t)(rate ? (rate >> 4) + !
 
 /* The machine has just passed the corner at `corner`, either way (`behind`: its distance from it),
    and must still be slow there. `next` is the place before the next one. */
-__attribute__((noinline)) static bool leaves(slow_place *next, int32_t corner, uint32_t rate, int32_t behind, bool forward) {
+__attribute__((noinline)) static bool leaves(slow_place *next, int32_t corner, uint32_t rate,
+                                             int32_t behind, bool forward) {
     int32_t way = (int32_t)way_of(rate, settings_corner_behind());
     if (behind >= way)
         return false;
@@ -151,12 +152,13 @@ __attribute__((noinline)) static bool leaves(slow_place *next, int32_t corner, u
 }
 
 static bool leaves_corner(uint32_t at, slow_place *ahead, slow_place *behind) {
-    const path_segment *s = in_window(at);
-    int32_t begin = s->start, end = end_of(at), position = hal_position();
+    const path_segment *s = window_segment(at);
+    int32_t begin = s->start, end = window_end(at), position = hal_position();
+    uint32_t entry = at > window_low ? window_segment(at - 1)->turn : 0;
     bool slow = false;
     /* At the first point of the path the machine begins from rest. */
-    if (at > window_low && begin && in_window(at - 1)->turn)
-        slow = leaves(ahead, begin, in_window(at - 1)->turn, difference(position, begin), true);
+    if (begin && entry)
+        slow = leaves(ahead, begin, entry, difference(position, begin), true);
     if (at + 1 < window_high && s->turn)
         slow |= leaves(behind, end, s->turn, difference(end, position), false);
     return slow;
@@ -175,14 +177,14 @@ void corners_update(uint32_t at) {
         }
         /* After a move back, lower feeds ahead may lie inside the range. */
         for (uint32_t number = at; fast.known && number < fast.at && number < fast.to; number++)
-            if (in_window(number)->slows)
+            if (window_segment(number)->slows)
                 fast.to = number;
         fast.known = true;
         fast.at = at;
         fast.low = window_low;
         fast.high = window_high;
         /* At the ends of the window there are no corners, as on long straight paths. */
-        slow_place ahead = {end_of(fast.to), 0}, behind = {in_window(fast.from)->start, 0};
+        slow_place ahead = {window_end(fast.to), 0}, behind = {window_segment(fast.from)->start, 0};
         if (fast.to + 1 < window_high)
             ahead = slow_ahead(fast.to);
         if (fast.from > window_low)

@@ -33,8 +33,6 @@ typedef struct {
 
 #define ENTRIES (2 * HAL_SLOTS) /* a power of two */
 
-path_segment window[HAL_SLOTS];
-uint32_t window_low, window_high;
 static entry entries[ENTRIES];
 static bool known, virtual_segment;
 static int32_t oldest_start;                /* of the oldest block remembered */
@@ -45,7 +43,6 @@ static int32_t fresh_height;                /* jump axis there */
 static int32_t fresh_back_limit;            /* of the segment before */
 static uint32_t entered;                    /* furthest segment entered */
 static int32_t back_limit_in_force;
-static int32_t bounds[BOUNDS];              /* as written */
 static uint32_t limit, kept;
 static bool ceiling;
 static int32_t height;
@@ -85,13 +82,6 @@ void path_init(void) {
 uint32_t path_next(void) { return history_next(); }
 bool path_has_back_limit(void) { return virtual_segment; }
 
-void window_bound(hal_bound bound, int32_t value) {
-    if (bounds[bound] != value) {
-        bounds[bound] = value;
-        hal_bound_write(bound, value);
-    }
-}
-
 /* Back limit of a segment from `from` to `to` on the jump axis; `back_limit` is that before it. */
 static int32_t back_limit_of(const hal_segment *move, int32_t start, int32_t from, int32_t to,
                              int32_t back_limit) {
@@ -119,7 +109,7 @@ static void make_virtual(void) {
     /* The front never passes it: any valid rate will do. */
     history_prepend(axis, -above, settings_start_rate());
     hal_segment move;
-    path_segment *s = in_window(window_low);
+    path_segment *s = window_segment(window_low);
     (void)history_make((path_place){window_low, 0}, &move, s);
     s->start = oldest_start = -above;
     fresh_back_limit = back_limit_of(&move, -above, fresh_height + above, fresh_height, -above);
@@ -146,7 +136,7 @@ void path_begin(void) {
         [BOUND_BACK_LIMIT] = fresh_back_limit,
     };
     for (unsigned bound = 0; bound < BOUNDS; bound++) {
-        bounds[bound] = values[bound];
+        window_bounds[bound] = values[bound];
         hal_bound_write((hal_bound)bound, values[bound]);
     }
     /* Last, after the bounds: with old bounds the machine could enter a slot not yet written. */
@@ -172,7 +162,7 @@ path_room path_has_room(void) {
     bool covered = difference(front, start) >= 0 && (uint32_t)difference(front, start) >= needed;
     if (!covered && difference(back_limit_in_force, start) < 0)
         return path_at_front() ? PATH_UNCOVERED : PATH_WAIT;
-    if (window_low == window_high || in_window(window_low)->at.block == history_oldest())
+    if (window_low == window_high || window_segment(window_low)->at.block == history_oldest())
         return PATH_WAIT;
     history_drop();
     oldest_start = start;
@@ -184,7 +174,7 @@ uint32_t path_append(const path_move *move, uint32_t rate, bool rapid, bool disc
 }
 
 uint32_t path_remembered(void) {
-    int32_t from = bounds[BOUND_BACK_LIMIT];
+    int32_t from = window_bounds[BOUND_BACK_LIMIT];
     if (difference(oldest_start, from) > 0)
         from = oldest_start;
     int32_t length = known ? difference(hal_front(), from) : 0;
@@ -205,7 +195,7 @@ __attribute__((noinline)) static void renew_rates(void) {
     if (pace.next < window_low)
         pace.next = window_low;
     for (unsigned count = 0; count < PACES && pace.next < window_high; count++, pace.next++) {
-        path_segment *s = in_window(pace.next);
+        path_segment *s = window_segment(pace.next);
         uint32_t rate = history_rate(s->at.block);
         hal_slot_pace(pace.next % HAL_SLOTS, s->length, rate);
         s->rate = s->bound && rate > s->bound ? s->bound : rate;
@@ -275,22 +265,22 @@ void path_note_work(bool touched) {
     if (!known || window_low == window_high)
         return;
     uint32_t number = current();
-    bool stands = hal_position() == in_window(number)->start;
+    bool stands = hal_position() == window_segment(number)->start;
     if (stands && !touched && number > window_low)
         number--;
-    if (!in_window(number)->away && !(stands && touched))
-        approach_note(in_window(number)->way);
+    if (!window_segment(number)->away && !(stands && touched))
+        approach_note(window_segment(number)->way);
 }
 
 void path_note_touch(void) {
-    if (known && window_low != window_high && hal_position() != in_window(current())->start)
-        approach_note(in_window(current())->way);
+    if (known && window_low != window_high && hal_position() != window_segment(current())->start)
+        approach_note(window_segment(current())->way);
 }
 
 /* Drop a segment, unless the machine is beyond the new bound: it must not reach a free slot. */
 static bool drop_low(void) {
-    int32_t was = bounds[BOUND_BEHIND], now = in_window(window_low + 1)->start;
-    if (difference(bounds[BOUND_FAST_BEHIND], now) < 0)
+    int32_t was = window_bounds[BOUND_BEHIND], now = window_segment(window_low + 1)->start;
+    if (difference(window_bounds[BOUND_FAST_BEHIND], now) < 0)
         window_bound(BOUND_FAST_BEHIND, now);
     window_bound(BOUND_BEHIND, now);
     if (difference(hal_command(), now) >= 0 && difference(hal_position(), now) >= 0) {
@@ -302,8 +292,8 @@ static bool drop_low(void) {
 }
 
 static bool drop_high(void) {
-    int32_t was = bounds[BOUND_AHEAD], now = in_window(window_high - 1)->start;
-    if (difference(bounds[BOUND_FAST_AHEAD], now) > 0)
+    int32_t was = window_bounds[BOUND_AHEAD], now = window_segment(window_high - 1)->start;
+    if (difference(window_bounds[BOUND_FAST_AHEAD], now) > 0)
         window_bound(BOUND_FAST_AHEAD, now);
     window_bound(BOUND_AHEAD, now);
     if (difference(hal_command(), now) <= 0 && difference(hal_position(), now) <= 0) {
@@ -329,7 +319,7 @@ static bool load_high(void) {
     hal_segment move;
     path_place at = fresh;
     if (window_high != loaded) {
-        at = in_window(window_high - 1)->at;
+        at = window_segment(window_high - 1)->at;
         if (!history_ready(at))
             return true;
         at = history_following(at);
@@ -338,33 +328,33 @@ static bool load_high(void) {
         return true;
     if (move.arc)
         watch_between();
-    made.start = window_high == loaded ? fresh_start : end_of(window_high - 1);
+    made.start = window_high == loaded ? fresh_start : window_end(window_high - 1);
     if (window_high - window_low == HAL_SLOTS && !drop_low())
         return false;
-    *in_window(window_high) = made;
+    *window_segment(window_high) = made;
     if (window_high > window_low)
         corners_join(window_high - 1);
     hal_slot_write(window_high % HAL_SLOTS, &move);
     if (window_high == loaded)
         begin_entry(&move);
     window_high++;
-    window_bound(BOUND_AHEAD, end_of(window_high - 1));
+    window_bound(BOUND_AHEAD, window_end(window_high - 1));
     return true;
 }
 
 static bool load_low(void) {
     path_segment made;
     hal_segment move;
-    path_place at = in_window(window_low)->at;
+    path_place at = window_segment(window_low)->at;
     if (!history_preceding(&at) || !history_make(at, &move, &made))
         return true;
     if (move.arc)
         watch_between();
-    made.start = moved_back(in_window(window_low)->start, made.length);
+    made.start = moved_back(window_segment(window_low)->start, made.length);
     if (window_high - window_low == HAL_SLOTS && !drop_high())
         return false;
     window_low--;
-    *in_window(window_low) = made;
+    *window_segment(window_low) = made;
     corners_join(window_low);
     hal_slot_write(window_low % HAL_SLOTS, &move);
     window_bound(BOUND_BEHIND, made.start);
@@ -376,8 +366,8 @@ static bool move_window(uint32_t at, bool backward) {
     bool full = window_high - window_low == HAL_SLOTS;
     bool more_high = window_high != loaded || fresh.block != history_next();
     bool more_low = window_low < window_high &&
-                    (in_window(window_low)->at.block != history_oldest() ||
-                     in_window(window_low)->at.piece);
+                    (window_segment(window_low)->at.block != history_oldest() ||
+                     window_segment(window_low)->at.piece);
     if (more_high && window_high <= at + ahead && (!full || window_low + behind < at) &&
         load_high())
         return true;
@@ -428,7 +418,7 @@ bool path_at_front(void) {
 }
 
 static bool goes_on(void) {
-    return known && window_low != window_high && hal_position() != bounds[BOUND_AHEAD];
+    return known && window_low != window_high && hal_position() != window_bounds[BOUND_AHEAD];
 }
 
 uint32_t path_free(void) {
@@ -441,4 +431,4 @@ bool path_goes_on(void) {
     return goes_on() && !pace.active && corners_known_in(hal_slot());
 }
 
-uint32_t path_pace(void) { return goes_on() ? in_window(current())->rate : 0; }
+uint32_t path_pace(void) { return goes_on() ? window_segment(current())->rate : 0; }

@@ -4,13 +4,16 @@
 #include "path/coordinate.h"
 #include "path/history.h"
 
-extern path_segment window[HAL_SLOTS];  /* holds the segments [window_low, window_high) */
+extern path_segment window_segments[HAL_SLOTS];    /* [window_low, window_high), by number */
 extern uint32_t window_low, window_high;
+extern int32_t window_bounds[BOUNDS];               /* as written */
 
-static inline path_segment *in_window(uint32_t number) { return &window[number % HAL_SLOTS]; }
+static inline path_segment *window_segment(uint32_t number) {
+    return &window_segments[number % HAL_SLOTS];
+}
 
-static inline int32_t end_of(uint32_t number) {
-    return moved(in_window(number)->start, in_window(number)->length);
+static inline int32_t window_end(uint32_t number) {
+    return moved(window_segment(number)->start, window_segment(number)->length);
 }
 
 /* Write a bound, if it has changed. */
