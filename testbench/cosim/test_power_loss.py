@@ -5,9 +5,11 @@ import pytest
 
 from testbench.cosim.power_loss import BLOCKS, cut, whole
 
-# Jobs without an interruption are 363.4 to 367.2 um deep (five runs): craters, debris and bridges
-# are random. A block that is left out, or a zero that has moved, shows by 50 um and more.
-DEPTH_UM = 5.0
+# Jobs without an interruption are 360.9 to 367.5 um deep, 366.1 in the mean (seeds 1 to 10):
+# craters, debris and bridges are random. A block that is left out, or a zero that has moved, shows
+# by 50 um and more. After a cut shortly before the bottom the end of that block burns again: such
+# jobs were up to 9 um deeper.
+DEPTH_UM = 10.0
 PARTS, CUTS = 50, 20
 
 
