@@ -371,7 +371,7 @@ MACHINE = (
         ("square <= (uint64_t)least * least", "!square", "a gentle bend is no corner"),
         ("number == to || difference(at, border) < 0", "true",
          "a corner far behind the next one waits"),
-        ("if (begin && entry)", "if (begin && !entry)", "the speed is kept behind a corner"),
+        ("if (entry && (begin ||", "if (!entry && (begin ||", "the speed is kept behind a corner"),
         ("window_high && s->turn)", "window_high && !s->turn)", "... and on the way back"),
         ("        next->rate = 0;\n", "        next->rate += 0;\n",
          "behind a bend its own speed counts"),

@@ -18,6 +18,9 @@ __all__ = ["above_start_speed", "at_corners", "before_first_point", "by_current"
            "clearing_at_limit", "during_readvance", "from_mdi",
            "limit_between_blocks", "never_clearing", "simple"]
 
+# Before a corner the machine would be slower than programmed: these look at the programmed speeds.
+UNBOUND = assign("corner_deviation_nm", 0)
+
 
 def pace(session: Session, mm_min: float) -> float:
     """Clocks from path pulse to path pulse at a speed."""
@@ -103,7 +106,7 @@ def at_corners(session: Session) -> dict:
     corners = [pulses(HEIGHT_MM)]
     for a, b in pairwise(points):
         corners.append(corners[-1] + pulses(math.dist(a, b)))
-    job = Job(session)
+    job = Job(session, UNBOUND)
     job.start(program(data, "G01 F60", *(f"X{x} Y{y} Z{z}" for x, y, z in points)))
     beyond = []
     for number, corner in enumerate(corners[:-1]):
@@ -152,7 +155,7 @@ def before_first_point(session: Session, bound: str) -> dict:
     """
     ceiling = 0.13 if bound == "ceiling" else None
     data = Data(limit=0.12, changeover=0.02, ceiling=ceiling)
-    job = Job(session, *([assign("soft_limit_um", 50)] if bound == "soft" else []))
+    job = Job(session, UNBOUND, *([assign("soft_limit_um", 50)] if bound == "soft" else []))
     job.start(program(data, "G01 X0.2 F60", "Z0"))
     job.reach(300, pace(session, 60))
     job.short(True)

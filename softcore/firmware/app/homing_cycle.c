@@ -7,6 +7,7 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
+#include "app/resume.h"
 #include "app/status.h"
 #include "base/alarm.h"
 #include "base/settings.h"
@@ -120,6 +121,7 @@ bool homing_cycle_begin(fault *f) {
     if (f->code != FAULT_NONE)
         return false;
     machine_lose_position();
+    resume_frame_changed();
     homing_now.phase = HOMING_STOP;
     slow = false;
     homing_now.axis = HAL_AXES;    /* none yet: the axes must come to rest first */

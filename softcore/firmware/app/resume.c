@@ -2,7 +2,10 @@
 #include "app/resume.h"
 
 #include "app/machine.h"
+#include "base/settings.h"
 #include "base/watch.h"
+#include "gap/conditions.h"
+#include "gap/in_force.h"
 #include "link/output.h"
 #include "store/bookmark.h"
 
@@ -14,6 +17,7 @@ static bookmark first;          /* what its first block makes of the bookmark */
 static uint32_t sum;            /* of the tape's text so far */
 static const modal *now;        /* the state of the tape under way; 0 before the first tape */
 static uint32_t edition, entered;   /* its edition, and the sum of what outlives a tape in it */
+static uint32_t before;         /* sum of what else was entered before the tape began */
 
 static uint32_t mix(uint32_t total, uint32_t more) {
     total = (total ^ more) * 0x9e3779b1u;
@@ -31,6 +35,8 @@ void resume_open(void (*between)(void)) {
     now = 0;
     bookmark_open(between);
 }
+
+void resume_frame_changed(void) { ours = false; }
 
 void resume_tell(void) {
     if (bookmark_now()->line)
@@ -76,10 +82,30 @@ void resume_forget(void) {
         bookmark_move(0, 0);
 }
 
+/* Of what a tape uses but does not enter, and the journal keeps: settings of drives and frame,
+   conditions and classes of the fluid. */
+static uint32_t entered_before(void) {
+    uint32_t total = 0;
+    watch_between();
+    for (unsigned at = 0; at < SETTINGS; at++)
+        if (SETTINGS_TABLE_ROWS[at].group == GROUP_TRAVEL ||
+            SETTINGS_TABLE_ROWS[at].group == GROUP_DRIVES)
+            total = mix(total, settings_get((setting)at));
+    watch_between();
+    total = mix_all(total, in_force_kept_class(0), GAP_CLASSES * sizeof(gap_class) / sizeof total);
+    watch_between();
+    const condition_row *row;
+    for (unsigned place = 0; (row = conditions_by_hand(place)); place++)
+        total = mix_all(total, row, sizeof *row / sizeof total);
+    watch_between();
+    return total;
+}
+
 void resume_begin(modal *state, bool dry) {
     now = state;
     kept = begun = !dry;
     sum = edition = 0;
+    before = entered_before();
     first.homed = machine_homed();
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         if (asked)
@@ -102,7 +128,7 @@ __attribute__((noinline)) uint32_t resume_digest(uint32_t line) {
         const retraction_layer *mdi = &now->memory.mdi;
         watch_between();
         edition = now->edition;
-        entered = mix_all(0, now->systems, PLAN_KEPT);
+        entered = mix_all(before, now->systems, PLAN_KEPT);
         for (unsigned item = 0; item < ITEMS; item++)
             if (mdi->given >> item & 1)
                 entered = mix(entered + item, (uint32_t)mdi->value[item]);
@@ -135,13 +161,13 @@ bool resume_matches(uint32_t line, fault *f) {
     return is_there(first.zero, f) &&
            ((line == bookmark_now()->line && resume_digest(line) == bookmark_now()->digest) ||
             fault_at(f, FAULT_START_BLOCK, 0,
-                     "not the interrupted tape, or G10, G28.1, G30.1, G36 by hand are not as they "
-                     "were; see $FROM=%u", bookmark_now()->line));
+                     "not the interrupted tape, or settings, G10, G28.1, G30.1, G36 by hand "
+                     "have changed; see $FROM=%u", bookmark_now()->line));
 }
 
 bool resume_step(void) {
     bool failed = bookmark_failed(), more = bookmark_step();
     if (bookmark_failed() && !failed)
-        output_line("[MSG:the flash memory does not keep the block of the tape: power-off clears it.]");
+        output_line("[MSG:the flash memory does not keep the block of the tape: what it tells at power-on may be old.]");
     return more;
 }

@@ -156,8 +156,8 @@ static bool leaves_corner(uint32_t at, slow_place *ahead, slow_place *behind) {
     int32_t begin = s->start, end = window_end(at), position = hal_position();
     uint32_t entry = at > window_low ? window_segment(at - 1)->turn : 0;
     bool slow = false;
-    /* At the first point of the path the machine begins from rest. */
-    if (begin && entry)
+    /* At the front of the first point the machine begins from rest. */
+    if (entry && (begin || hal_motion_read().state != MOTION_FRONT))
         slow = leaves(ahead, begin, entry, difference(position, begin), true);
     if (at + 1 < window_high && s->turn)
         slow |= leaves(behind, end, s->turn, difference(end, position), false);

@@ -281,7 +281,8 @@ def test_a_place_that_does_not_read_back_is_left_and_after_four_it_is_told(memor
         memory.write(sector + bookmark.FIRST + 16 * at + 4, b"\0\0")
     lines = machine.run(8 * SECOND)
     assert [line for line in lines if line.startswith("[MSG")] == [
-        "[MSG:the flash memory does not keep the block of the tape: power-off clears it.]"]
+        "[MSG:the flash memory does not keep the block of the tape: what it tells at power-on may "
+        "be old.]"]
     assert events(machine.lines, "end"), "the tape goes on"
 
 
@@ -432,7 +433,7 @@ def test_retraction_data_entered_by_hand_must_be_entered_again(memory):
     machine = switched_on(memory, cut_in(memory, 5, data))
     lines = resumed(machine)
     assert alarmed(lines)
-    assert any("by hand are not as they were; see $FROM=5" in line for line in lines), lines
+    assert any("by hand have changed; see $FROM=5" in line for line in lines), lines
     machine = switched_on(memory, machine)
     assert not alarmed(resumed(machine, BLOCKS, data))
 
@@ -471,3 +472,22 @@ def test_without_power_off_the_counted_position_is_enough(memory):
     machine.unlock()
     assert machine.line("$FROM=last") == ["ok"]
     assert not alarmed(machine.tape(punched(list(BLOCKS)), passes=SECOND))
+
+
+def test_after_homing_without_power_off_the_frame_may_be_another(memory):
+    machine = cut_in(memory, 5, homes=False)
+    machine.send(b"\x18")
+    machine.run(200)
+    machine.ready()
+    says, error = machine.line("$FROM=last")
+    assert error == REFUSED
+    assert "needs $H before that run and now" in says
+
+
+@pytest.mark.parametrize("line", ["G10 C900 I3 P40 Q40 V9", "G10 W1 X4 Y5 Z17",
+                                  "$458=250000", "$529=1"])
+def test_what_the_tape_uses_and_does_not_enter_must_be_as_it_was(memory, line):
+    machine = switched_on(memory, cut_in(memory, 5))
+    machine.ready()
+    assert machine.line(line)[-1] == "ok"
+    assert alarmed(resumed(machine))
