@@ -3,8 +3,12 @@
 
 The machine goes on without its controller: its axes brake, the workpiece stays as it is. Then the
 operator homes the axes and lets the tape go on (``$FROM=last``).
+
+``python -m testbench.cosim.power_loss`` tells the depths of jobs without a cut, and with one.
 """
 
+import argparse
+import random
 from dataclasses import dataclass
 
 from host.link.link import RESUME, Link
@@ -219,3 +223,27 @@ def cut(seed: int, clocks: int) -> tuple[int | None, Result]:
 def again_result(shop: Shop, took: int) -> Result:
     """A job that had ended before the cut; only its workpiece counts."""
     return Result(shop.session.get("read.depth_um"), (), took)
+
+
+def main() -> None:
+    """Print a line for each job without a cut, and for each with one."""
+    parser = argparse.ArgumentParser(prog="python -m testbench.cosim.power_loss",
+                                     description=main.__doc__)
+    parser.add_argument("--jobs", type=int, default=10, help="jobs without a cut: seeds 1 to N")
+    parser.add_argument("--cuts", type=int, default=60, help="jobs with one, in random clocks")
+    parser.add_argument("--seed", type=int, default=20261128, help="of the clocks")
+    chosen = parser.parse_args()
+    clocks = 0
+    for seed in range(1, chosen.jobs + 1):
+        result = whole(seed)
+        clocks = clocks or result.clocks
+        print(f"seed {seed}, no cut: {result.depth_um:.1f} um", flush=True)
+    rng = random.Random(chosen.seed)
+    for _ in range(chosen.cuts if clocks else 0):
+        at = rng.randrange(clocks)
+        block, result = cut(rng.randrange(1 << 32), at)
+        print(f"cut after {at} clocks, in block {block}: {result.depth_um:.1f} um", flush=True)
+
+
+if __name__ == "__main__":
+    main()

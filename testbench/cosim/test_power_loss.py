@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Power cuts while a tape cuts: a job that goes on leaves the workpiece of one without a cut."""
+"""Power cuts while a tape cuts: the job goes on, and no block is left out or cut elsewhere."""
 
 import pytest
 
