@@ -60,6 +60,9 @@ def experiment_removal(
     seeds: Seeds = 3,
     way: Annotated[float, typer.Option(
         min=0.3, max=20.0, metavar="MM", help="Length of the wall.")] = 1.0,
+    plain_loop: Annotated[bool, typer.Option(
+        "--plain-loop", help="Without velocity feed-forward: the loop of the first patent.")
+    ] = False,
     folder: FolderWithPlot = Path("build/experiments/removal"),
 ) -> None:
     """Finish a wall at constant feed and in the feed modes P2 to P5 of G95.
@@ -71,8 +74,11 @@ def experiment_removal(
     more in P4 a capacitor takes the place of pulses; energy per spark and its deviation are told of
     all. P3's gain is tuned before, on another stock. Takes minutes, on all cores.
     """
+    from host.experiments.common import LOOPS
     from host.experiments.removal import removal
-    removal(seeds=seeds, way_mm=way, folder=folder, console=out)
+    usual, plain = LOOPS
+    removal(seeds=seeds, way_mm=way, loop=plain if plain_loop else usual, folder=folder,
+            console=out)
 
 
 @experiment_app.command("roughing")

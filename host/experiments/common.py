@@ -5,9 +5,10 @@ import io
 import json
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,12 +19,17 @@ from rich.table import Table
 from host.errors import UserError
 from host.machines.machine import Machine
 from host.run import simulation
+from host.run.run import Run
+from host.tape.tape import Tape
+from softcore.tables.settings import named
 
-__all__ = ["Record", "add_figures", "build_simulator", "in_parallel", "make_folder", "markdown",
-           "summed_up", "value_with_spread", "write_results"]
+__all__ = ["LOOPS", "Record", "add_figures", "build_simulator", "executed", "in_loop",
+           "in_parallel", "make_folder", "markdown", "summed_up", "value_with_spread",
+           "with_settings", "write_results"]
 
 Record = dict[str, Any]     # figures of a run, or of all runs of a kind, by name
 T = TypeVar("T")
+LOOPS = {"feed-forward": 100, "plain loop": 0}      # and the setting ``feed_forward``
 
 
 def make_folder(folder: Path) -> None:
@@ -44,6 +50,37 @@ def build_simulator(machine: Machine, console: Console) -> None:
     """Build the simulator of a machine once, so that not every process builds it."""
     simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None,
                      progress=lambda text: console.print(text, soft_wrap=True)).close()
+
+
+def with_settings(machine: Machine, values: dict[str, int]) -> Machine:
+    """The machine with other values of some settings, by their names."""
+    numbers = {str(named(name).number): value for name, value in values.items()}
+    return Machine(machine.name, machine.tables | {
+        "settings": machine.tables.get("settings", {}) | numbers})
+
+
+def in_loop(machine: Machine, loop: str) -> Machine:
+    """The machine with one of ``LOOPS``."""
+    return with_settings(machine, {"feed_forward": LOOPS[loop]})
+
+
+@contextmanager
+def executed(machine: Machine, tape: Tape, seed: int, *,
+             prepare: Callable[[simulation.Simulation], None] = lambda _: None,
+             **options: Any) -> Iterator[tuple[Run, simulation.Simulation]]:
+    """Run a tape on a simulated machine; the run and the machine, which is closed on leaving.
+
+    ``prepare`` is called with the machine before the run; ``options`` are those of ``Run``.
+    """
+    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=seed, waves=None,
+                                  progress=lambda _: None)
+    try:
+        prepare(machine_on)
+        job = Run(machine, tape, machine_on, **options)
+        job.execute()
+        yield job, machine_on
+    finally:
+        machine_on.close()
 
 
 def in_parallel(function: Callable[[T], Record], trials: list[T],

@@ -31,6 +31,7 @@ from host.experiments.common import (
     Record,
     add_figures,
     build_simulator,
+    executed,
     in_parallel,
     make_folder,
     markdown,
@@ -41,8 +42,8 @@ from host.experiments.common import (
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.places import ROOT
-from host.run import figures, simulation
-from host.run.run import Run, count_retractions
+from host.run import figures
+from host.run.run import count_retractions
 from host.run.workpiece import Columns
 from host.tape.tape import load
 from host.words import counted
@@ -97,19 +98,12 @@ def machine_with(ohm_cm: float) -> Machine:
 def run(trial: Trial) -> Record:
     """Run a trial; return its figures and how it ended."""
     machine = machine_with(trial.ohm_cm)
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
-                                  progress=lambda _: None)
-    job = Run(machine, load(TAPE), machine_on, until_s=LONGEST_S,
-              mdi=[*PULSES[trial.pulse], *ARMS[trial.arm]])
-    try:
-        job.execute()
-        steps = machine_on.servo_steps()
-    finally:
-        machine_on.close()
-    return asdict(trial) | {
-        "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
-        **measure(machine_on.trace(), machine), **steps,
-        "retractions": count_retractions(job.events)["count"]}
+    with executed(machine, load(TAPE), trial.seed, until_s=LONGEST_S,
+                  mdi=[*PULSES[trial.pulse], *ARMS[trial.arm]]) as (job, machine_on):
+        return asdict(trial) | {
+            "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
+            **measure(machine_on.trace(), machine), **machine_on.servo_steps(),
+            "retractions": count_retractions(job.events)["count"]}
 
 
 def measure(trace: Columns, machine: Machine) -> Record:

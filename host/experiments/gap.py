@@ -24,6 +24,7 @@ from host.experiments.common import (
     Record,
     add_figures,
     build_simulator,
+    executed,
     in_parallel,
     make_folder,
     markdown,
@@ -34,8 +35,8 @@ from host.experiments.fluid import FIGURES as SERVO_FIGURES
 from host.experiments.fluid import measure
 from host.machines import machine as machines
 from host.places import ROOT
-from host.run import figures, simulation
-from host.run.run import Run, count_retractions
+from host.run import figures
+from host.run.run import count_retractions
 from host.tape.tape import encode
 from host.words import counted
 
@@ -72,16 +73,9 @@ def tape_of(trial: Trial) -> str:
 def run(trial: Trial) -> Record:
     """Run a trial; return its figures and how it ended."""
     machine = machines.load(MACHINE)
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
-                                  progress=lambda _: None)
-    job = Run(machine, encode(tape_of(trial)), machine_on,
-              until_s=LONGEST_S * max(1, trial.depth_mm))
-    try:
-        job.execute()
-        steps = machine_on.servo_steps()
-    finally:
-        machine_on.close()
-    trace = machine_on.trace()
+    with executed(machine, encode(tape_of(trial)), trial.seed,
+                  until_s=LONGEST_S * max(1, trial.depth_mm)) as (job, machine_on):
+        trace, steps = machine_on.trace(), machine_on.servo_steps()
     return asdict(trial) | {
         "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
         **measure(trace, machine), **steps,

@@ -39,9 +39,12 @@ from rich.table import Table
 
 from host.errors import UserError
 from host.experiments.common import (
+    LOOPS,
     Record,
     add_figures,
     build_simulator,
+    executed,
+    in_loop,
     in_parallel,
     make_folder,
     markdown,
@@ -51,7 +54,7 @@ from host.experiments.common import (
 from host.experiments.removal_bound import bounds, parts
 from host.machines import machine as machines
 from host.machines.machine import Machine
-from host.run import figures, simulation
+from host.run import figures
 from host.run.run import Run, Simulated, count_retractions
 from host.run.workpiece import Columns, wall_surface
 from host.tape.tape import Tape, encode
@@ -102,7 +105,7 @@ COLOURS = {"G94": figures.FAINT, "P2": figures.CAUSES["operator"], "P3": figures
 
 @dataclass(frozen=True)
 class Plan:
-    """Common values of all runs of an experiment: length of the way in mm, references in V."""
+    """What all runs of an experiment share: length of the way in mm, references in V, loop."""
 
     way_mm: float
     voltage: float = 1.0
@@ -110,6 +113,7 @@ class Plan:
     discharge: float = 1.0      # Es of P5
     no_load: float = 22.86
     capacitor_drop: float = 1.0     # Es of P4 with a capacitor
+    loop: str = next(iter(LOOPS))
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ class Trial:
 
 
 def machine_for(trial: Trial) -> Machine:
-    """The machine with this stock on its wall, and this flow."""
+    """The machine with this stock on its wall, this flow, and this loop."""
     name = RELAXATION if trial.mode == "capacitor" else MACHINE
     tables = copy.deepcopy(machines.load(name).tables)
     nominal, wide = OTHER_UM if trial.other else (NOMINAL_UM, WIDE_UM)
@@ -138,7 +142,7 @@ def machine_for(trial: Trial) -> Machine:
         steps.append([STEP * trial.plan.way_mm, wide])
     tables["stock"]["steps"] = steps
     tables["debris"]["flow_spread"] = DRIFT if trial.wall == "drift" else 0.0
-    return Machine(name, tables)
+    return in_loop(Machine(name, tables), trial.plan.loop)
 
 
 def tape_for(trial: Trial) -> Tape:
@@ -171,16 +175,9 @@ def execute(trial: Trial,
             watch: Callable[[Run], None] = lambda run: None
             ) -> tuple[Run, Columns, Columns, Record]:
     """Run a trial; return it, its trace, what is left of the workpiece, and figures of sparks."""
-    machine = machine_for(trial)
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
-                                  progress=lambda _: None)
-    job = Run(machine, tape_for(trial), machine_on, until_s=LONGEST_S, mdi=settings_for(trial),
-              watch=watch)
-    try:
-        job.execute()
+    with executed(machine_for(trial), tape_for(trial), trial.seed, until_s=LONGEST_S,
+                  mdi=settings_for(trial), watch=watch) as (job, machine_on):
         return job, machine_on.trace(), machine_on.workpiece(), spark_energy(machine_on.get)
-    finally:
-        machine_on.close()
 
 
 def spark_energy(get: Callable[[str], float]) -> Record:
@@ -319,10 +316,11 @@ def _mean_voltages(trial: Trial) -> tuple[float, float]:
     return float(np.mean(cut)), float(np.mean(free))
 
 
-def calibrate(way_mm: float) -> Plan:
+def calibrate(way_mm: float, loop: str) -> Plan:
     """Cut even nominal stock at the preset speed; the plan with Vs and Es, but for a capacitor."""
+    plan = Plan(way_mm, loop=loop)
     burnt: list[float] = []
-    voltage, no_load = _mean_voltages(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0]))
+    voltage, no_load = _mean_voltages(Trial(plan, EVEN, "P3", OTHER_SEEDS[0]))
 
     def watch_discharge(job: Run) -> None:
         machine_on = cast(Simulated, job.simulation)
@@ -330,17 +328,16 @@ def calibrate(way_mm: float) -> Plan:
         if BEGIN * way_mm < x < way_mm - AHEAD_MM:
             burnt.append(OPEN_V * machine_on.measured_share())
 
-    job, *_ = execute(Trial(Plan(way_mm), EVEN, "P5", OTHER_SEEDS[0], even_feed=True),
-                      watch_discharge)
+    job, *_ = execute(Trial(plan, EVEN, "P5", OTHER_SEEDS[0], even_feed=True), watch_discharge)
     if not burnt:
         raise UserError(f"the nominal stock was not cut: the run ended as {job.outcome}.")
-    return Plan(way_mm, voltage, no_load - voltage, float(np.mean(burnt)), no_load)
+    return replace(plan, voltage=voltage, drop=no_load - voltage, discharge=float(np.mean(burnt)),
+                   no_load=no_load)
 
 
-def capacitor_drop(way_mm: float) -> float:
+def capacitor_drop(plan: Plan) -> float:
     """Es of P4 with a capacitor, from even nominal stock at the preset speed."""
-    cut, free = _mean_voltages(Trial(Plan(way_mm), EVEN, "capacitor", OTHER_SEEDS[0],
-                                     even_feed=True))
+    cut, free = _mean_voltages(Trial(plan, EVEN, "capacitor", OTHER_SEEDS[0], even_feed=True))
     return free - cut
 
 
@@ -399,14 +396,17 @@ def _page(rows: list[Record], said: list[str], seeds: int) -> str:
         *markdown(table(rows, box.MARKDOWN)), ""])
 
 
-def removal(*, seeds: int, way_mm: float, folder: Path, console: Console) -> None:
+def removal(*, seeds: int, way_mm: float, loop: str, folder: Path, console: Console) -> None:
     """Make the experiment; write ``runs.json``, ``table.md`` and ``plot.png``, print the table."""
     make_folder(folder)
-    build_simulator(machine_for(Trial(Plan(way_mm), EVEN, "P3", OTHER_SEEDS[0])), console)
-    plan = replace(calibrate(way_mm), capacitor_drop=capacitor_drop(way_mm))
-    said = [f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of "
+    plan = Plan(way_mm, loop=loop)
+    build_simulator(machine_for(Trial(plan, EVEN, "P3", OTHER_SEEDS[0])), console)
+    plan = calibrate(way_mm, loop)
+    plan = replace(plan, capacitor_drop=capacitor_drop(plan))
+    said = [f"Loop: {loop}.",
+            f"Calibrated on the nominal stock: Vs {plan.voltage:.2f} V, Es {plan.drop:.2f} V, of "
             f"P5 {plan.discharge:.3f} V, with a capacitor {plan.capacitor_drop:.2f} V."]
-    console.print(said[0], soft_wrap=True)
+    console.print(said[1], soft_wrap=True)
     tried = [Trial(plan, wall, "P3", seed, gain, other=True)
              for seed, gain, wall in product(OTHER_SEEDS, GAINS, WALLS)]
     with Progress(console=console) as bar:

@@ -36,6 +36,7 @@ from host.experiments.common import (
     Record,
     add_figures,
     build_simulator,
+    executed,
     in_parallel,
     make_folder,
     markdown,
@@ -47,9 +48,9 @@ from host.machines.machine import Machine
 from host.roughing.basic import BasicData, read_all
 from host.roughing.roughing import AMPERES, parts_of_step, program
 from host.roughing.staircase import Job, Staircase, Step, neighbours, plan, undersize_cell
-from host.run import figures, simulation
+from host.run import figures
 from host.run.events import Event
-from host.run.run import Run, count_retractions
+from host.run.run import count_retractions
 from host.run.workpiece import Columns
 from host.tape.tape import Tape, encode
 from host.words import counted
@@ -125,21 +126,14 @@ def tape_for(trial: Trial, data: list[BasicData]) -> Tape:
 def run(trial: Trial) -> Record:
     """Run a trial; return its figures and how it ended."""
     machine, data = machine_for(trial.parts), read_all(ELECTRODE, WORKPIECE)
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
-                                  progress=lambda _: None)
-    machine_on.keep_discharges()
-    job = Run(machine, tape_for(trial, data), machine_on, until_s=LONGEST_S)
-    try:
-        job.execute()
+    with executed(machine, tape_for(trial, data), trial.seed, until_s=LONGEST_S,
+                  prepare=lambda one: one.keep_discharges()) as (job, machine_on):
         swept = [_widest(machine_on.cavity_with(numbers)) for numbers in SWEEP]
-    finally:
-        machine_on.close()
-    causes = count_retractions(job.events)
-    return asdict(trial) | {
-        "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
-        **measure(machine_on.trace(), job.events, machine, neighbours(data, AREA_MM2)),
-        **opened(machine_on.cavity()), "swept_um": swept,
-        "retractions": causes["short"]}
+        return asdict(trial) | {
+            "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
+            **measure(machine_on.trace(), job.events, machine, neighbours(data, AREA_MM2)),
+            **opened(machine_on.cavity()), "swept_um": swept,
+            "retractions": count_retractions(job.events)["short"]}
 
 
 def _widest(walls: Columns) -> float:

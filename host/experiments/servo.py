@@ -19,25 +19,26 @@ from rich.progress import Progress
 from rich.table import Table
 
 from host.experiments.common import (
+    LOOPS,
     Record,
     add_figures,
     build_simulator,
+    executed,
+    in_loop,
     in_parallel,
     make_folder,
     markdown,
     summed_up,
+    with_settings,
     write_results,
 )
 from host.experiments.fluid import FIGURES, measure
-from host.experiments.shorts import LOOPS
 from host.machines import machine as machines
 from host.machines.machine import Machine
 from host.places import ROOT
-from host.run import simulation
-from host.run.run import Run, count_retractions
+from host.run.run import count_retractions
 from host.tape.tape import encode
 from host.words import counted
-from softcore.tables.settings import named
 
 __all__ = ["MACHINE", "TAPE", "VARIANTS", "Trial", "run", "servo", "statistics", "table",
            "tape_of"]
@@ -73,30 +74,20 @@ def tape_of(variant: str) -> str:
 
 def _machine(trial: Trial) -> Machine:
     """The machine with a loop, and a time between steps."""
-    usual = machines.load(MACHINE)
     _, period_ms, _ = VARIANTS[trial.variant]
-    changed = {str(named("feed_forward").number): LOOPS[trial.loop],
-               str(named("servo_period_us").number): period_ms * 1000}
-    return Machine(usual.name, usual.tables | {
-        "settings": usual.tables.get("settings", {}) | changed})
+    return with_settings(in_loop(machines.load(MACHINE), trial.loop),
+                         {"servo_period_us": period_ms * 1000})
 
 
 def run(trial: Trial) -> Record:
     """Run a trial; return its figures and how it ended."""
     machine = _machine(trial)
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
-                                  progress=lambda _: None)
-    job = Run(machine, encode(tape_of(trial.variant)), machine_on, until_s=LONGEST_S,
-              mdi=[*VARIANTS[trial.variant][2]])
-    try:
-        job.execute()
-        steps = machine_on.servo_steps()
-    finally:
-        machine_on.close()
-    return asdict(trial) | {
-        "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
-        **measure(machine_on.trace(), machine), **steps,
-        "retractions": count_retractions(job.events)["count"]}
+    with executed(machine, encode(tape_of(trial.variant)), trial.seed, until_s=LONGEST_S,
+                  mdi=[*VARIANTS[trial.variant][2]]) as (job, machine_on):
+        return asdict(trial) | {
+            "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
+            **measure(machine_on.trace(), machine), **machine_on.servo_steps(),
+            "retractions": count_retractions(job.events)["count"]}
 
 
 def _order(one: Record) -> tuple[int, int, int]:

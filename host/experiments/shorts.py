@@ -18,9 +18,12 @@ from rich.progress import Progress
 from rich.table import Table
 
 from host.experiments.common import (
+    LOOPS,
     Record,
     add_figures,
     build_simulator,
+    executed,
+    in_loop,
     in_parallel,
     make_folder,
     markdown,
@@ -28,21 +31,18 @@ from host.experiments.common import (
     write_results,
 )
 from host.machines import machine as machines
-from host.machines.machine import Machine
 from host.places import ROOT
-from host.run import clearing, simulation
-from host.run.run import Run, count_retractions
+from host.run import clearing
+from host.run.run import count_retractions
 from host.run.workpiece import Columns
 from host.scope.record import STATES
 from host.tape.tape import load
 from host.words import counted
-from softcore.tables.settings import named
 
-__all__ = ["FIGURES", "LOOPS", "Trial", "beyond_um", "run", "shorts", "statistics", "table",
+__all__ = ["FIGURES", "Trial", "beyond_um", "run", "shorts", "statistics", "table",
            "table_of_runs"]
 
 MACHINE, TAPE = "sinker", "sink_shallow_deep"
-LOOPS = {"feed-forward": 100, "plain loop": 0}      # and the setting ``feed_forward``
 BACK = STATES.index("retracting"), STATES.index("at_limit")
 FIGURES = {
     "time_s": ("time on the machine, s", 2), "retractions": ("retractions", 1),
@@ -59,14 +59,6 @@ class Trial:
     seed: int
 
 
-def _machine(loop: str) -> Machine:
-    """The machine with a loop."""
-    usual = machines.load(MACHINE)
-    number = str(named("feed_forward").number)
-    return Machine(usual.name, usual.tables | {
-        "settings": usual.tables["settings"] | {number: LOOPS[loop]}})
-
-
 def beyond_um(trace: Columns, pulses_per_mm: float) -> float:
     """How far the electrode was above its command at most, on the way back and at its end."""
     back = np.isin(trace["state"], BACK)
@@ -79,22 +71,18 @@ def run(trial: Trial) -> Record:
     ``chains`` has for every retraction ordered by a short its ``speed`` in mm/min and its times in
     seconds, as in ``clearing.Chain``.
     """
-    machine = _machine(trial.loop)
-    machine_on = simulation.start(machine, clock_hz=machine.clock_hz, seed=trial.seed, waves=None,
-                                  progress=lambda _: None)
-    job = Run(machine, load(ROOT / "tapes" / f"{TAPE}.nc"), machine_on)
-    try:
-        job.execute()
-    finally:
-        machine_on.close()
-    trace = machine_on.trace()
-    found = clearing.chains(machine_on.shorts(), clock_hz=machine.clock_hz,
-                            pulses_per_mm=machine.pulses_per_mm)
+    machine = in_loop(machines.load(MACHINE), trial.loop)
+    with executed(machine, load(ROOT / "tapes" / f"{TAPE}.nc"), trial.seed) as (job, machine_on):
+        trace = machine_on.trace()
+        found = clearing.chains(machine_on.shorts(), clock_hz=machine.clock_hz,
+                                pulses_per_mm=machine.pulses_per_mm)
+        arcs = machine_on.discharges()["dame"]
+        time_s = machine_on.time_s()
     step_s = np.diff(trace["t"], prepend=0)
     return asdict(trial) | {
         "outcome": job.outcome, "alarm": job.alarm and job.alarm["text"],
-        "time_s": machine_on.time_s(), "retractions": count_retractions(job.events)["count"],
-        "arcs": machine_on.discharges()["dame"],
+        "time_s": time_s, "retractions": count_retractions(job.events)["count"],
+        "arcs": arcs,
         "shorted_s": float(step_s[trace["shorted"] > 0].sum()),
         "beyond_um": beyond_um(trace, machine.pulses_per_mm),
         "pressed_um": max(0.0, -float(trace["gap_um"].min(initial=0.0))),

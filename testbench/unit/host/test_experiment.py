@@ -9,6 +9,7 @@ from rich import box
 from rich.console import Console
 
 from host.errors import UserError
+from host.experiments import common
 from host.experiments import fluid as experiment
 from host.experiments.fluid import (
     ARMS,
@@ -131,7 +132,7 @@ def test_plot_is_drawn(workdir):
 
 def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     # With invented runs: these tests check only the output.
-    monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: idle_simulation)
+    monkeypatch.setattr(common.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(experiment, "_runs", lambda seeds, tell: [
         (tell(one), one)[1] for one in RUNS])
     with (workdir / "said.txt").open("w") as file:

@@ -7,6 +7,7 @@ import pytest
 from rich import box
 from rich.console import Console
 
+from host.experiments import common
 from host.experiments import gap as experiment
 from host.experiments.gap import FIGURES, RULES, Trial, plot, sentences, statistics, table, tape_of
 
@@ -73,7 +74,7 @@ def test_the_page_has_all_of_it(workdir, monkeypatch):
         def close(self):
             pass
 
-    monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: Done())
+    monkeypatch.setattr(common.simulation, "start", lambda *_, **__: Done())
     monkeypatch.setattr(experiment, "in_parallel", lambda _, trials, tell: [
         (tell(one), one)[1] for one in (run(trial.rule, trial.seed) for trial in trials)])
     with (workdir / "said.txt").open("w") as file:

@@ -10,7 +10,7 @@ from rich import box
 from rich.console import Console
 
 from host.errors import UserError
-from host.experiments import removal
+from host.experiments import common, removal
 from host.experiments.removal import (
     FIGURES,
     MODES,
@@ -226,12 +226,12 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
             tell(one)
         return made
 
-    monkeypatch.setattr(removal.simulation, "start", lambda *_, **__: idle_simulation)
-    monkeypatch.setattr(removal, "calibrate", lambda way_mm: PLAN)
-    monkeypatch.setattr(removal, "capacitor_drop", lambda way_mm: 7.0)
+    monkeypatch.setattr(common.simulation, "start", lambda *_, **__: idle_simulation)
+    monkeypatch.setattr(removal, "calibrate", lambda way_mm, loop: replace(PLAN, loop=loop))
+    monkeypatch.setattr(removal, "capacitor_drop", lambda plan: 7.0)
     monkeypatch.setattr(removal, "in_parallel", made_up_runs)
     with (workdir / "said.txt").open("w") as file:
-        removal.removal(seeds=2, way_mm=WAY, folder=workdir / "out",
+        removal.removal(seeds=2, way_mm=WAY, loop="plain loop", folder=workdir / "out",
                         console=Console(file=file, width=200))
     tried, compared = asked
     assert {trial.seed for trial in tried} & {trial.seed for trial in compared} == set()
@@ -242,10 +242,12 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     assert {trial.gain for trial in compared if trial.mode == "P3"} == {1.0}
     found = json.loads((workdir / "out" / "runs.json").read_text())
     assert found["plan"] == {"way_mm": WAY, "voltage": 20.0, "drop": 2.0, "discharge": 0.5,
-                             "no_load": 22.0, "capacitor_drop": 7.0}
+                             "no_load": 22.0, "capacitor_drop": 7.0, "loop": "plain loop"}
     assert len(found["runs"]) == 4 * len(MODES)
     assert all(trial.plan.capacitor_drop == 7 for trial in compared)
+    assert all(trial.plan.loop == "plain loop" for trial in [*tried, *compared])
     page = (workdir / "out" / "table.md").read_text()
+    assert "Loop: plain loop." in page
     assert "Vs 20.00 V, Es 2.00 V" in page
     assert "0.5: 0.5 %, 1: 0.0 %. Compared with 1." in page
     assert page.count("\n| ") == 3 + len(FIGURES)
@@ -254,7 +256,7 @@ def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
 
 @pytest.mark.soak
 def test_a_short_wall_is_finished():
-    plan = calibrate(0.3)
+    plan = calibrate(0.3, "feed-forward")
     # 10 us of 35 at 80 V, less what rise and fall lose.
     assert plan.voltage + plan.drop == pytest.approx(80 * 10 / 35, abs=0.5)
     assert 1 < plan.drop < 4
@@ -273,7 +275,7 @@ def test_a_short_wall_is_finished():
 @pytest.mark.soak
 def test_p5_keeps_the_removal_constant_where_p4_cannot():
     """The benefit over seeds: at least 80 % of the best, and a smaller deviation than G94's."""
-    plan = calibrate(WAY)
+    plan = calibrate(WAY, "feed-forward")
     runs = [run(Trial(plan, "step", mode, seed)) for mode in ("G94", "P4", "P5")
             for seed in (1, 2, 3)]
     assert all(one["outcome"] == "end" for one in runs)

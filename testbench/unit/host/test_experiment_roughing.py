@@ -11,6 +11,7 @@ from rich import box
 from rich.console import Console
 
 from host.errors import UserError
+from host.experiments import common
 from host.experiments import roughing as experiment
 from host.experiments.roughing import (
     AREA_MM2,
@@ -169,7 +170,7 @@ def test_sentences_compare_seeds_that_ended_in_both_arms():
 
 def test_files_of_an_experiment(workdir, monkeypatch, idle_simulation):
     # With invented runs: these tests check only the output.
-    monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: idle_simulation)
+    monkeypatch.setattr(common.simulation, "start", lambda *_, **__: idle_simulation)
     monkeypatch.setattr(experiment, "in_parallel", lambda function, trials, tell: [
         (tell(one), one)[1] for one in RUNS])
     with (workdir / "said.txt").open("w") as file:

@@ -7,9 +7,9 @@ from itertools import product
 import pytest
 from rich.console import Console
 
+from host.experiments.common import LOOPS
 from host.experiments.fluid import FIGURES
 from host.experiments.servo import STEP, VARIANTS, statistics, table, tape_of
-from host.experiments.shorts import LOOPS
 
 DEVIATION = {"feed-forward": 2.0, "plain loop": 4.0}
 

@@ -8,8 +8,10 @@ import pytest
 from rich import box
 from rich.console import Console
 
+from host.experiments import common
 from host.experiments import shorts as experiment
-from host.experiments.shorts import FIGURES, LOOPS, beyond_um, statistics, table, table_of_runs
+from host.experiments.common import LOOPS
+from host.experiments.shorts import FIGURES, beyond_um, statistics, table, table_of_runs
 from rtl.states import State
 
 
@@ -86,7 +88,7 @@ def test_the_whole_experiment_writes_its_files(monkeypatch, workdir):
             pass
 
     monkeypatch.setattr(experiment, "in_parallel", in_parallel)
-    monkeypatch.setattr(experiment.simulation, "start", lambda *_, **__: Built())
+    monkeypatch.setattr(common.simulation, "start", lambda *_, **__: Built())
     said = Console(width=200, record=True)
     experiment.shorts(seeds=2, folder=workdir / "out", console=said)
     assert len(json.loads((workdir / "out" / "runs.json").read_text())) == 4
