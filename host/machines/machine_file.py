@@ -64,6 +64,12 @@ class Axis(Table):
     brake_mm_s2: float = _number("mm/s²", (1, 1_000_000), "Deceleration with the drive disabled.")
     step_gain_per_s: float = _number("1/s", (1, 100_000),
         "Gain of the position loop of a stepping drive, if the axis is driven by step pulses.")
+    dead_time_ms: float = _number("ms", (0, 20), "Dead time of the amplifier.", default=0.0)
+    offset_mm_s: float = _number("mm/s", (-10, 10),
+        "Speed at which the drive moves with a command of zero.", default=0.0)
+    friction_mm_s: float = _number("mm/s", (0, 10),
+        "Coulomb friction, as the speed by which the speed loop falls short of its command.",
+        default=0.0)
 
 
 class Drive(Table):

@@ -98,19 +98,23 @@ def _when(after: NDArray[Any], away: NDArray[Any], um: int) -> float | None:
 def alone(axis: dict[str, Any], speed_mm_min: float, tick_s: float) -> dict[int, float | None]:
     """What a drive takes by itself if a speed is given to its input as a step at the sample.
 
-    Equations and numbers are those of the simulated drive: ``testbench/plant/motor.hpp``.
+    Equations and numbers are those of the simulated drive: ``testbench/plant/motor.hpp``. Its
+    offset is left out, and so is a scale of its input that differs from what is commanded.
     """
     wanted = min(speed_mm_min / 60, axis["max_speed_mm_s"])
     follow = 1 - math.exp(-tick_s / (axis["filter_ms"] * 1e-3))
     torque = 1 - math.exp(-tick_s / (axis["current_loop_ms"] * 1e-3))
     most, lag = axis["max_acceleration_mm_s2"], axis["speed_loop_ms"] * 1e-3
+    late = [0.0] * round(axis.get("dead_time_ms", 0.0) * 1e-3 / tick_s)
+    friction = axis.get("friction_mm_s", 0.0) / lag * tick_s
     command = speed = acceleration = way = 0.0
     found: dict[int, float | None] = dict.fromkeys(CLEAR_UM)
     for tick in range(1, round(LONGEST_S / tick_s) + 1):
         command += (wanted - command) * follow
-        pull = max(-most, min(most, (command - speed) / lag))
+        late.append(command)
+        pull = max(-most, min(most, (late[tick - 1] - speed) / lag))
         acceleration += (pull - acceleration) * torque
-        speed += acceleration * tick_s
+        speed = max(0.0, speed + acceleration * tick_s - friction)
         way += speed * tick_s * 1000
         for um in CLEAR_UM:
             if found[um] is None and way >= um:

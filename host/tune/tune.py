@@ -276,7 +276,10 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
             notes.append(f"{axis}: with 60 degrees of phase margin its loop could have "
                          f"{_highest_gain(drive, loop):.0f} 1/s: lower the scale of the velocity "
                          "command at its amplifier.")
+    late_us = round(1e6 * max(drive.late_s for drive in drives.values()))
+    lag = named("drive_lag_us")
     values = {"loop_gain": gain, "feed_forward": share,
+              lag.name: min(lag.highest, max(lag.lowest, late_us)),
               "follow_moving": _pulses(ERROR_MARGIN * furthest),
               "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
     return Proposal(values | _back(settings, axes, notes), notes)

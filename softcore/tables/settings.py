@@ -141,7 +141,9 @@ SETTINGS: tuple[Setting, ...] = (
     _set(420, "step_setup_ns", "direction before step", "ns", (1000, 1, 100_000), "axes",
          "Time from a change of direction to the first step."),
     _set(421, "window", "lag up to which an axis is in position", "pulses",
-         (1, 1, 4095), "axes", "An axis no further than this from its command is in position."),
+         (15, 1, 4095), "axes", "An axis no further than this from its command is in position. A "
+         "drive that creeps without a command, by its offset, comes to rest within it: 15 pulses "
+         "at 50 1/s are 0.075 mm/s. With more than 15 the supervision of the coders trips."),
     _set(422, "tv", "tape: TV check", "", (0, 0, 1), "program",
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),
@@ -350,6 +352,10 @@ SETTINGS: tuple[Setting, ...] = (
          "either way, the speed is lowered so that the axes leave the path by no more than this "
          "in the loop that is in force (`${feed_forward}`, `${loop_gain}`). A bend counts too if "
          "it would need it at `${highest_speed_mm_min}`. 0: no such bound."),
+    _set(541, "drive_lag_us", "lag of the slowest drive, with its dead time", "us",
+         (4096, 500, 20_000), "loop", "How late a drive follows its velocity command. Speeds at "
+         "corners and on arcs follow from it while `${feed_forward}` is in force. `gapkeeper tune` "
+         "measures it. The gateware's own model of the drives has 4096."),
 )
 
 

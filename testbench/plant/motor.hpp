@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 
 #include "parameters.hpp"
 
@@ -17,8 +18,10 @@ struct OwnDrive {
 };
 
 // The speed loop closes the torque loop over an inertia:
-//   tau_i dA/dt = clamp((U - V) / tau_v, +-A_max) - A;  dV/dt = A;  dX/dt = V
-// with U the velocity command behind the DAC's filter, tau_f dU/dt = full_speed * density - U.
+//   tau_i dA/dt = clamp((U + offset - V) / tau_v, +-A_max) - A;  dV/dt = A - F;  dX/dt = V
+// with U the velocity command behind the DAC's filter, tau_f dU/dt = full_speed * density - U,
+// later by the dead time, and F the Coulomb friction, friction / tau_v against the motion: at rest
+// it holds as much as it must.
 // Between motor and axis there is play: the axis stays where it is until the motor has turned
 // through it. A motor that goes up pushes it at once, one that goes down after the backlash.
 // Torque and speed advance once per tick, the position in every clock, at the speed of the tick.
@@ -34,6 +37,8 @@ public:
         clock_s_ = 1 / clock_hz;
         filter_ = 1 - std::exp(-dt_ / (p.filter_ms * 1e-3));
         torque_ = 1 - std::exp(-dt_ / (p.current_loop_ms * 1e-3));
+        friction_ = p.friction_mm_s / (p.speed_loop_ms * 1e-3);
+        late_.assign(static_cast<size_t>(std::lround(p.dead_time_ms * 1e-3 / dt_)), 0.0);
     }
 
     // The DAC's pin, in every clock in which it is high.
@@ -53,18 +58,26 @@ public:
             command = (static_cast<double>(steps_) * own_.pulses_per_step - position_) /
                       pulses_per_mm_ * p_.step_gain_per_s;
         filtered_ += (command - filtered_) * filter_;
+        double arrived = filtered_;
+        if (!late_.empty()) {
+            late_.push_back(filtered_);
+            arrived = late_.front();
+            late_.pop_front();
+        }
+        arrived += p_.offset_mm_s;
         if (enabled) {
-            const double wanted = std::clamp((filtered_ - speed_) / (p_.speed_loop_ms * 1e-3),
+            const double wanted = std::clamp((arrived - speed_) / (p_.speed_loop_ms * 1e-3),
                                              -p_.max_acceleration_mm_s2, p_.max_acceleration_mm_s2);
             acceleration_ += (wanted - acceleration_) * torque_;
-            speed_ = std::clamp(speed_ + acceleration_ * dt_, -p_.max_speed_mm_s,
+            speed_ = std::clamp(slowed(speed_ + acceleration_ * dt_), -p_.max_speed_mm_s,
                                 p_.max_speed_mm_s);
         } else {
             acceleration_ = 0;
             speed_ -= std::clamp(speed_, -p_.brake_mm_s2 * dt_, p_.brake_mm_s2 * dt_);
         }
         advance_ = speed_ * pulses_per_mm_ * clock_s_;
-        resting_ = std::abs(speed_) < 1e-9 && std::abs(filtered_) < 1e-9;
+        resting_ = std::abs(speed_) < 1e-9 && std::abs(filtered_) < 1e-9 && p_.offset_mm_s == 0 &&
+                   late_.empty();
     }
 
     // Every clock: at most one edge of the coder. The coder has a hysteresis of a fifth of a pulse,
@@ -91,9 +104,17 @@ public:
     bool phase_b() const { return count_ & 2; }
 
 private:
+    // A speed after a tick of friction, which never turns it round.
+    double slowed(double speed) const {
+        const double most = friction_ * dt_;
+        return speed - std::clamp(speed, -most, most);
+    }
+
     AxisParameters p_;
     OwnDrive own_;
     double pulses_per_mm_ = 10000, dt_ = 8e-6, clock_s_ = 5e-7, filter_ = 0, torque_ = 0;
+    double friction_ = 0;               // mm/s2
+    std::deque<double> late_;           // commands on their way, one a tick
     unsigned clocks_ = 16;
     int sum_ = 0;
     bool stepping_ = false, resting_ = true;

@@ -38,6 +38,12 @@ struct AxisParameters {
     double brake_mm_s2 = 8000.0;
     // Gain of the position loop of a stepping drive, if the axis is driven by step pulses. [1/s]
     double step_gain_per_s = 300.0;
+    // Dead time of the amplifier. [ms]
+    double dead_time_ms = 0.0;
+    // Speed at which the drive moves with a command of zero. [mm/s]
+    double offset_mm_s = 0.0;
+    // Coulomb friction, as the speed by which the speed loop falls short of its command. [mm/s]
+    double friction_mm_s = 0.0;
 };
 
 struct XParameters {
@@ -455,6 +461,9 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"axis.filter_ms", &p.axis.filter_ms},
         {"axis.brake_mm_s2", &p.axis.brake_mm_s2},
         {"axis.step_gain_per_s", &p.axis.step_gain_per_s},
+        {"axis.dead_time_ms", &p.axis.dead_time_ms},
+        {"axis.offset_mm_s", &p.axis.offset_mm_s},
+        {"axis.friction_mm_s", &p.axis.friction_mm_s},
         {"x.output", &p.x.output},
         {"x.steps_per_turn", &p.x.steps_per_turn},
         {"x.pitch_mm", &p.x.pitch_mm},

@@ -60,7 +60,8 @@ static void apply_detector(void) {
    dies away with 1 / K. The drives may be a tenth slower. */
 static void apply_corners(void) {
     uint32_t percent = values[SET_FEED_FORWARD], loop_us = 1000000 / values[SET_LOOP_GAIN];
-    uint32_t lag_us = (percent * DRIVE_LAG_US + (100 - percent) * loop_us) / 100 * 11 / 10;
+    uint32_t drive_us = values[SET_DRIVE_LAG_US];
+    uint32_t lag_us = (percent * drive_us + (100 - percent) * loop_us) / 100 * 11 / 10;
     uint64_t fine = units_fine_of_nm(values[SET_CORNER_DEVIATION_NM]);
     fine += !fine && values[SET_CORNER_DEVIATION_NM];
     uint64_t rate = units_quotient(fine << 32, units_clocks_of_ns(lag_us * 368) * MOVE_FINE);
@@ -93,18 +94,26 @@ static void apply_motion(void) {
 }
 
 /* The gain by which a loop of first order, without a drive in it, leaves an arc as far as the loop
-   in force. With the drive's lag T and a gain that is g times as high as K, the loop with
-   feed-forward of the share f leaves it as far as one of gain K / sqrt(c) does, to the inside,
-   c = ((1 + K T) / g)**2 - 2 K T / g - f**2. The drives may be a tenth slower than set: g is 0.9.
-   For the plain loop c is below 1, and 1 is taken. */
+   in force. With feed-forward of the share f, a drive whose gain is g times K and whose lag is L,
+   and the gateware's model of it, whose lag is T, the loop leaves it as far as one of gain
+   K / sqrt(c) does, c = ((1 + K T) / g)**2 - 2 (K L (1 + K T) - (K T)**2) / g - f**2: to the
+   inside if c is above 0, else to the outside. The drives may be a tenth slower or faster than set:
+   g is 0.9 or 1.1. For the plain loop c is below 1, and 1 is taken. */
 static uint64_t gain_on_arcs(uint32_t per_s, uint32_t percent) {
     uint64_t in_force = units_gain(per_s);
     if (!percent)
         return in_force;
-    uint32_t lag = per_s * DRIVE_LAG_US / 1000, sum = ((1000 + lag) * 10 + 8) / 9; /* thousandths */
-    return units_quotient(in_force * 1000,
-                          units_root((uint64_t)sum * sum - lag * 20000 / 9 -
-                                     percent * percent * 100));
+    /* K T and K L in thousandths, so all squares are in millionths. */
+    int64_t model = per_s * DRIVE_LAG_US / 1000, lag = per_s * values[SET_DRIVE_LAG_US] / 1000;
+    int64_t square = (1000 + model) * (1000 + model);
+    int64_t second = 2 * (lag * (1000 + model) - model * model), lead = percent * percent * 100;
+    int64_t most = 0;
+    for (int64_t tenths = 9; tenths <= 11; tenths += 2) {
+        int64_t c = (square * 100 / tenths - second * 10) / tenths - lead;
+        c = c < 0 ? -c : c;
+        most = c > most ? c : most;
+    }
+    return units_quotient(in_force * 1000, units_root((uint64_t)most));
 }
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it

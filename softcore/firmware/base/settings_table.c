@@ -44,7 +44,7 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "step pulse space", "ns", 0},
     [SET_STEP_SETUP_NS] = {1000, 1, 100000, 420, GROUP_AXES, true, false,
         "direction before step", "ns", 0},
-    [SET_WINDOW] = {1, 1, 4095, 421, GROUP_AXES, true, false,
+    [SET_WINDOW] = {15, 1, 4095, 421, GROUP_AXES, true, false,
         "lag up to which an axis is in position", "pulses", 0},
     [SET_TV] = {0, 0, 1, 422, GROUP_PROGRAM, false, false,
         "tape: TV check", "", 0},
@@ -192,6 +192,8 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "dry run: feed of cuts (0 off)", "mm/min", 0},
     [SET_CORNER_DEVIATION_NM] = {5000, 0, 1000000, 540, GROUP_LOOP, true, false,
         "corner: how far the lag may round it (0 no bound)", "nm", 0},
+    [SET_DRIVE_LAG_US] = {4096, 500, 20000, 541, GROUP_LOOP, true, false,
+        "lag of the slowest drive, with its dead time", "us", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

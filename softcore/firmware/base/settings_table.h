@@ -99,12 +99,13 @@ typedef enum {
     SET_SINGLE_BLOCK,
     SET_DRY_RUN_MM_MIN,
     SET_CORNER_DEVIATION_NM,
+    SET_DRIVE_LAG_US,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 540u
+#define SETTINGS_LAST 541u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

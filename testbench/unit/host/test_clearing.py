@@ -86,6 +86,14 @@ def test_a_drive_alone_is_late_by_its_lags(speed):
         AXIS, 900, TICK_S)[20]
 
 
+@pytest.mark.parametrize("um", CLEAR_UM)
+def test_dead_time_and_friction_hold_a_drive_back(um):
+    usual = alone(AXIS, 300, TICK_S)[um]
+    assert alone(AXIS | {"dead_time_ms": 2.0}, 300, TICK_S)[um] - usual == pytest.approx(2e-3)
+    slowed = alone(AXIS | {"friction_mm_s": 0.5}, 300, TICK_S)[um]
+    assert slowed == pytest.approx(usual + um / 1000 * (1 / 4.5 - 1 / 5), rel=0.05)
+
+
 def test_a_drive_that_is_too_slow_never_arrives():
     assert alone(AXIS, 0.001, TICK_S) == dict.fromkeys(CLEAR_UM)
 

@@ -47,6 +47,49 @@ def test_speed_loop_answers_a_step_as_its_equations(plant):
     assert plant.get("read.z_speed_mm_s") == pytest.approx(command, rel=0.005)
 
 
+def axis_with(rng, **numbers):
+    plant = Alone(machine=MACHINE | {"axis": MACHINE["axis"] | numbers}, seed=rng.getrandbits(32))
+    plant.set("initial_gap_um", 1e5)
+    plant.drive(drive_enable=7)
+    return plant
+
+
+def test_dead_time_delays_the_whole_answer(rng):
+    drives = axis_with(rng), axis_with(rng, dead_time_ms=2.0)
+    for drive in drives:
+        drive.density = 1000
+    drives[1].run(HZ // 500)
+    assert drives[1].get("read.z_speed_mm_s") == 0
+    for _ in range(20):
+        speeds = []
+        for drive in drives:
+            drive.run(HZ // 1000)
+            speeds.append(drive.get("read.z_speed_mm_s"))
+        assert speeds[1] == pytest.approx(speeds[0], abs=0.02)
+    assert speeds[0] > 4
+
+
+@pytest.mark.parametrize("offset", [0.05, -0.05])
+def test_an_offset_moves_the_axis_without_a_command(rng, offset):
+    drive = axis_with(rng, offset_mm_s=offset)
+    drive.run(HZ // 10)
+    assert drive.get("read.z_speed_mm_s") == pytest.approx(offset, rel=1e-3)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_friction_holds_an_axis_and_takes_its_share_of_the_speed(rng, sign):
+    drive = axis_with(rng, friction_mm_s=0.3)
+    drive.density = sign * 50           # 0.25 mm/s
+    drive.run(HZ // 10)
+    assert drive.get("read.z_speed_mm_s") == 0
+    drive.density = sign * 1000         # 5 mm/s
+    drive.run(HZ // 10)
+    assert sign * drive.get("read.z_speed_mm_s") == pytest.approx(5 - 0.3, abs=0.03)
+    drive.density = 0
+    drive.run(HZ // 10)
+    assert drive.get("read.z_speed_mm_s") == 0
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_acceleration_and_speed_are_limited(plant, sign):
     plant.density = sign * 32767
