@@ -10,8 +10,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from host import alarms
@@ -30,17 +28,17 @@ from host.link.link import (
 )
 from host.machines.machine import Machine
 from host.panel.heard import Heard
-from host.panel.outline import Outline, outline
+from host.panel.job import Job
 from host.panel.scoping import Scoping
 from host.panel.sharing import Jog, Sharing
 from host.panel.touching import Touching
+from host.panel.tuning import Tuning
 from host.panel.wires import Wire
 from host.run.events import Scale
 from host.tape.start import STARTS_AT
-from host.tape.tape import Tape, decode, is_punched, load, text_of
 from softcore.tables.settings import named
 
-__all__ = ["CANCEL", "ORDERS", "Job", "Session"]
+__all__ = ["CANCEL", "ORDERS", "Session"]
 
 SAMPLE_S = 0.1      # between two status reports
 POLL_S = 0.01
@@ -50,37 +48,10 @@ SILENT_S = 3.0      # without a status report the connection is lost
 LINES = 20          # that may wait to be sent
 CANCEL = b"\x85"    # grbl's byte that cancels a jog
 ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
-          "touch", "connect", "scope", "scope_stop", "scope_force")
+          "touch", "tune", "connect", "scope", "scope_stop", "scope_force")
 _WATCHES = "This page only watches: take the controls first."
 _REST = ("", "Hold:0", "Idle", "Alarm")
 _OWN = "$G"         # asked by the panel itself: a refusal is not told
-
-
-@dataclass(frozen=True)
-class Job:
-    """A tape that has been chosen: its file's name, its bytes, its lines and their outline."""
-
-    name: str
-    tape: Tape
-    lines: list[str]
-    outline: Outline
-
-    @classmethod
-    def of(cls, path: Path) -> "Job":
-        """The tape of a file.
-
-        Raises
-        ------
-        UserError
-            If it cannot be punched or read.
-        """
-        tape = load(path)
-        try:
-            text = decode(tape.rows)[0] if is_punched(path) else text_of(path, path.read_bytes())
-        except OSError as error:
-            raise UserError(f"{path.name} cannot be read: {error.strerror}.") from error
-        lines = text.splitlines()
-        return cls(path.name, tape, lines, outline(lines))
 
 
 class Session:
@@ -113,6 +84,7 @@ class Session:
         self.running = False        # a tape has been begun and has not ended
         self.simulated = False
         self.offset: float | None = None    # contact offset, mm, if a touch has calibrated it
+        self.tuning: Tuning | None = None   # the last measurement of the drives
         self._thread: threading.Thread | None = None
         self._over = threading.Event()
         self._again = threading.Event()     # connect anew
@@ -126,6 +98,7 @@ class Session:
         self._sent_said = ""        # the controller's message since that line was sent
         self._jog: tuple[str, Jog] | None = None     # its page, and the jog
         self._touch: tuple[str, Touching] | None = None     # its page, and the cycle
+        self._tuner = ""        # the page that has begun to measure the drives, until it is done
         self._typed: str | None = None      # the page that has sent a jog as a line
         self._of_scope = False      # that line is the oscilloscope's
         self.scope.forget()
@@ -170,8 +143,8 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``run`` the first block, ``touch`` a ``Touching``, ``scope`` a ``Trigger`` and
-        whether to go on; the others have no words. ``notices`` tell what the controller refuses.
+        ``Job``, ``run`` the first block, ``touch`` and ``tune`` one of their objects, ``scope`` a
+        ``Trigger`` and whether to go on; the others have none. ``notices`` tell what is refused.
         """
         with self.lock:
             if self.sharing.holder != page:
@@ -193,6 +166,8 @@ class Session:
         if self.link != "connected":
             return "There is no connection to the controller."
         state = self.heard.fields.get("state", "")
+        if self._tuner and name in ("line", "run", "touch", "tune", "jog"):
+            return "The drives are being measured: Stop ends it."
         if name == "line":
             try:
                 check_line(words[0])
@@ -211,8 +186,10 @@ class Session:
             if "Armed" not in self.heard.fields and not dry:
                 return ('The discharge is not armed: press the button "arm"'
                         f"{' below' if self.simulated else ' at the machine'}.")
-        elif name == "touch" and (self.running or self._touch is not None or state != "Idle"):
-            return f"Touching starts from Idle; the state is {self.heard.state or 'not known'}."
+        elif name in ("touch", "tune") and (
+                self.running or self._touch is not None or state != "Idle"):
+            return (f"{'Touching' if name == 'touch' else 'Measuring'} starts from Idle; the state "
+                    f"is {self.heard.state or 'not known'}.")
         elif name == "jog" and (self.running or state not in ("Idle", "Jog", "Run")):
             return f"A jog starts from Idle; the state is {self.heard.state or 'not known'}."
         return ""
@@ -265,6 +242,8 @@ class Session:
                 self._pass()
                 if self._start and self._sent is None:
                     self._send_tape()
+                if self._tuner and self._sent is None:
+                    self._measure()
                 self._controller.poll(POLL_S)
         finally:
             with suppress(UserError):
@@ -314,6 +293,24 @@ class Session:
         with self.lock:
             self.running, self.heard.ended = True, ""
         self._controller.send_tape(self.job.tape.rows, self._interrupted)
+
+    def _measure(self) -> None:
+        assert self.tuning is not None
+        try:
+            self.tuning.run(self._controller, self._measures_on)
+        except UserError as error:
+            self.tell(str(error))
+        finally:
+            self._tuner = ""
+
+    def _measures_on(self) -> bool:
+        """Do what has to be done in a measurement; return whether it may go on."""
+        self._pass()
+        held = self.sharing.holder != self._tuner
+        if held:
+            self._controller.press(HOLD)
+        return not (held or self._stop_s is not None or self._over.is_set()
+                    or self._again.is_set())
 
     def _interrupted(self) -> bool:
         self._pass()
@@ -372,6 +369,8 @@ class Session:
             self._wire.arm()
         elif name == "touch":
             self._touch = page, words[0]
+        elif name == "tune":
+            self._tuner, self.tuning = page, words[0]
         elif name == "scope":
             self.scope.arm(words[0], again=words[1])
         elif name == "scope_stop":

@@ -11,9 +11,10 @@ from nicegui import events, run, ui
 
 from host.errors import UserError
 from host.panel.frame import Frame
+from host.panel.job import Job
 from host.panel.scope_tab import ScopeTab
-from host.panel.session import Job
 from host.panel.touch_tab import TouchTab
+from host.panel.tune_card import TuneCard
 from host.tape.start import block_of
 from softcore.tables.settings import GROUPS, SETTINGS, Setting, named
 
@@ -194,6 +195,9 @@ class Tabs:
 
     def _settings(self) -> None:
         ui.label("Kept when the controller is switched off. Enter sends a value.").classes("soft")
+        with ui.expansion("Tune the position loops").props(
+                'dense dense-toggle data-testid="tune-card"').style("width:100%"):
+            self.tune = TuneCard(self.page)
         for group, heading in GROUPS.items():
             with ui.expansion(heading).props("dense dense-toggle").style("width:100%"):
                 for setting in SETTINGS:
@@ -266,4 +270,5 @@ class Tabs:
         self._show_settings()
         self._show_record()
         self.touch.show()
+        self.tune.show()
         self.arm.set_visibility(self.session.simulated)

@@ -29,7 +29,7 @@ from host.tune.tune import (
 )
 from softcore.tables.settings import named
 
-__all__ = ["tune"]
+__all__ = ["drawn", "moves_of", "told_of", "tune"]
 
 WIDTH, HEIGHT = 9.0, 2.6    # inches, of the picture of one axis
 SHOWN_S = 0.15              # of a motion
@@ -48,9 +48,7 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
     def say(text: str) -> None:
         console.print(text, markup=False, soft_wrap=True)
 
-    chosen, moves = machines.load(machine), ways_of(ways)
-    if travel_mm <= 0:
-        raise UsageError(f"--travel must be above 0 mm, not {travel_mm:g}.")
+    chosen, moves = machines.load(machine), moves_of(ways, travel_mm)
     port = Port(url, baud)
     try:
         controller = Controller(port, chosen, clock_hz=chosen.clock_hz, say=say)
@@ -58,12 +56,11 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
         link = Link(controller, _quiet)
         link.await_greeting()
         link.command("$X")
-        settings = settings_of(link)
-        found = []
+        settings, found = settings_of(link), []
         for axis, way in moves.items():
             one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
             found.append(one)
-            say(_told(one, settings))
+            say(told_of(one, settings))
     finally:
         port.close()
     wanted = proposal(settings, found)
@@ -72,12 +69,30 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
     say("Proposed; nothing has been changed. Enter what you want:")
     for name, value in wanted.values.items():
         say(f"${named(name).number}={value}   (now {settings[name]}: {named(name).title})")
-    _draw(picture, settings, found, wanted)
+    try:
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        picture.write_text(drawn(settings, found, wanted), encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{picture} cannot be written: {error.strerror}.") from error
     say(f"measured and predicted: {picture}")
     return wanted
 
 
-def _told(one: Measured, settings: Mapping[str, int]) -> str:
+def moves_of(ways: str, travel_mm: float) -> dict[str, int]:
+    """Directions by axis, of a text such as "X+Z-".
+
+    Raises
+    ------
+    UsageError
+        If the text has none, or the travel is not above 0.
+    """
+    if travel_mm <= 0:
+        raise UsageError(f"--travel must be above 0 mm, not {travel_mm:g}.")
+    return ways_of(ways)
+
+
+def told_of(one: Measured, settings: Mapping[str, int]) -> str:
+    """What was found of an axis, as a sentence."""
     drive, fit = one.drive, one.fit
     limit = ("unknown" if fit.least is None or fit.most is None else
              f"at least {fit.least:.0f} mm/s2" if math.isinf(fit.most) else
@@ -89,14 +104,9 @@ def _told(one: Measured, settings: Mapping[str, int]) -> str:
             f"reports, which this explains to {1000 * fit.left:.1f} um (rms)")
 
 
-def _draw(picture: Path, settings: Mapping[str, int], found: Sequence[Measured],
-          wanted: Proposal) -> None:
-    try:
-        picture.parent.mkdir(parents=True, exist_ok=True)
-        picture.write_text(svg(_steps, WIDTH, HEIGHT * len(found), settings, found, wanted),
-                           encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{picture} cannot be written: {error.strerror}.") from error
+def drawn(settings: Mapping[str, int], found: Sequence[Measured], wanted: Proposal) -> str:
+    """An SVG of the following error of each axis, measured and predicted."""
+    return svg(_steps, WIDTH, HEIGHT * len(found), settings, found, wanted)
 
 
 def _steps(figure: Figure, settings: Mapping[str, int], found: Sequence[Measured],

@@ -9,11 +9,12 @@ link does no harm. Only settings are read; none is changed.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from host.errors import UserError
-from host.link.link import HOLD, Link
+from host.link.link import HOLD, BytePipe, Sent
 from host.tune.drive import (
     Drive,
     Fit,
@@ -26,8 +27,8 @@ from host.tune.drive import (
 )
 from softcore.tables.settings import PULSES_PER_MM, named
 
-__all__ = ["AXES", "Measured", "Proposal", "TuneError", "loop_of", "measured", "proposal",
-           "settings_of", "speed_of"]
+__all__ = ["AXES", "Controlled", "Measured", "Proposal", "TuneError", "explained", "loop_of",
+           "measured", "proposal", "sampled", "settings_of", "speed_of"]
 
 AXES = "XYZ"
 FASTEST_MM_S = 10.0
@@ -47,6 +48,28 @@ ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest
 REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
 DIFFERENT = 0.05            # between axes, above which one gain for all does not do
 GAIN_ACCEPTED, LAG_ACCEPTED = (0.7, 1.3), (2e-3, 6e-3)  # by the supervision of the coders
+
+
+class Controlled(Protocol):
+    """What is asked of the controller: the part of ``host.link.link.Link`` that is needed."""
+
+    pipe: BytePipe
+    on_line: Callable[[str], None]
+
+    def send_line(self, line: str) -> Sent:
+        """Send a line; its answer comes later."""
+
+    def command(self, line: str) -> None:
+        """Send a line, and wait until it is taken."""
+
+    def press(self, button: bytes) -> None:
+        """Press a button of the operator's."""
+
+    def poll(self, timeout_s: float) -> None:
+        """Hear what comes, for so long at most."""
+
+    def status(self) -> dict[str, str]:
+        """Fields of a status report, by name."""
 
 
 class TuneError(UserError):
@@ -80,7 +103,7 @@ class Proposal:
         return Loop(self.values["loop_gain"], self.values["feed_forward"] / 100)
 
 
-def settings_of(link: Link) -> dict[str, int]:
+def settings_of(link: Controlled) -> dict[str, int]:
     """The controller's settings by name."""
     inner, found = link.on_line, {}
 
@@ -98,8 +121,9 @@ def settings_of(link: Link) -> dict[str, int]:
             link.poll(POLL_S)
     finally:
         link.on_line = inner
-    wanted = ("loop_gain", "feed_forward", "start_speed_um_s", "highest_speed_mm_min", "step_axes",
-              "follow_moving", "follow_stopped", "back_acceleration_mm_s2", "acceleration_mm_s2",
+    wanted = ("loop_gain", "feed_forward", "drive_lag_us", "start_speed_um_s",
+              "highest_speed_mm_min", "step_axes", "follow_moving", "follow_stopped",
+              "back_acceleration_mm_s2", "acceleration_mm_s2",
               *(f"highest_speed_{axis.lower()}" for axis in AXES))
     missing = [name for name in wanted if named(name).number not in found]
     if missing:
@@ -120,34 +144,59 @@ def speed_of(settings: Mapping[str, int], axis: str) -> float:
     return min([*bounds, own / 60] if own else bounds)
 
 
-def measured(link: Link, settings: Mapping[str, int], axis: str, way: int, travel_mm: float, *,
-             time_s: Callable[[], float]) -> Measured:
+def measured(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
+             travel_mm: float, *, time_s: Callable[[], float]) -> Measured:
     """Move an axis there and back, and find its drive.
+
+    Raises
+    ------
+    LinkError, TuneError
+        As ``sampled`` and ``explained``.
+    """
+    return explained(settings, axis, travel_mm,
+                     sampled(link, settings, axis, way, travel_mm, time_s=time_s))
+
+
+def sampled(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
+            travel_mm: float, *, time_s: Callable[[], float]) -> list[Sample]:
+    """Move an axis there and back; what the status reports say meanwhile.
 
     Raises
     ------
     LinkError
         If the controller refuses a motion, or does not answer.
     TuneError
-        If the axis has a stepping drive, or does not follow.
+        If the axis has a stepping drive, or does not come to an end.
     """
     index = AXES.index(axis)
     if settings["step_axes"] >> index & 1:
         raise TuneError(f"axis {axis} is driven by steps: it has no position loop to tune.")
-    loop, speed = loop_of(settings), speed_of(settings, axis)
+    speed = speed_of(settings, axis)
     samples: list[Sample] = []
     for number in range(2 * PAIRS):
         samples += _motion(link, index, -way if number % 2 else way, speed, travel_mm, time_s,
                            number / (2 * PAIRS) * SPREAD_S)
     for number in range(TURNS):
         samples += _turns(link, index, way, speed, travel_mm, time_s, number / TURNS * SPREAD_S)
-    after = EVEN * travel_mm / speed
+    return samples
+
+
+def explained(settings: Mapping[str, int], axis: str, travel_mm: float,
+              samples: Sequence[Sample]) -> Measured:
+    """The drive that explains samples of an axis; takes some seconds.
+
+    Raises
+    ------
+    TuneError
+        If the samples are too few, or no drive has them.
+    """
+    after = EVEN * travel_mm / speed_of(settings, axis)
     for up in (True, False):
         if sum(one.time_s >= after and (one.speed > 0) == up for one in samples) < FEWEST:
             raise TuneError(f"axis {axis}: {travel_mm:g} mm are too short for the reports that "
                             "come; give more --travel.")
     try:
-        return Measured(axis, tuple(samples), fitted(loop, samples, after))
+        return Measured(axis, tuple(samples), fitted(loop_of(settings), samples, after))
     except ValueError as error:
         raise TuneError(f"axis {axis}: {error}.") from error
 
@@ -158,7 +207,7 @@ def _place(told: Mapping[str, str], index: int) -> tuple[float, float]:
     return float(told["MPos"].split(",")[index]) + error, error
 
 
-def _motion(link: Link, index: int, sign: int, speed: float, travel_mm: float,
+def _motion(link: Controlled, index: int, sign: int, speed: float, travel_mm: float,
             time_s: Callable[[], float], wait_s: float) -> list[Sample]:
     """Samples of one motion, from ``wait_s`` after its line has been accepted."""
     start, error = _place(link.status(), index)
@@ -173,7 +222,7 @@ def _motion(link: Link, index: int, sign: int, speed: float, travel_mm: float,
     return found
 
 
-def _turns(link: Link, index: int, sign: int, speed: float, travel_mm: float,
+def _turns(link: Controlled, index: int, sign: int, speed: float, travel_mm: float,
            time_s: Callable[[], float], wait_s: float) -> list[Sample]:
     """Samples after the turns of a motion to and fro, in which the axis does not stop.
 
@@ -208,7 +257,7 @@ def _line(index: int, way_mm: float, speed: float, *, number: int | None = None)
     return f"{name}G21 G91 G94 G01 {AXES[index]}{way_mm:.4f} F{60 * speed:g}"
 
 
-def _reports(link: Link, index: int, time_s: Callable[[], float], wait_s: float,
+def _reports(link: Controlled, index: int, time_s: Callable[[], float], wait_s: float,
              long_s: float) -> Iterator[tuple[Mapping[str, str], float, float]]:
     """Reports of a motion of ``long_s``: each as told, with command and following error in mm.
 

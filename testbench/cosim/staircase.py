@@ -3,9 +3,9 @@
 
 from itertools import pairwise
 
-from softcore.tables.settings import assign
+from softcore.tables.settings import assign, named
 from testbench.cosim.checks import pulses
-from testbench.cosim.job import HEIGHT_MM, Data, Job, program
+from testbench.cosim.job import HEIGHT_MM, MM, Data, Job, program
 from testbench.native.station import Session
 
 __all__ = ["WATCHED", "check_levels", "check_switches", "crowded_steps", "steps_in_one_block",
@@ -140,7 +140,7 @@ def crowded_steps(session: Session) -> dict:
         assert pulses(event["pos"]["z"] - HEIGHT_MM) == record.at("axis_z_position", clock - 2)
         assert event["pos"]["z"] <= event["depth"]
     at = [event["pos"]["z"] for event in told]
-    assert abs(at[0]) <= 0.0001, "the axis is in position within a pulse"
+    assert abs(at[0]) <= named("window").default / MM, "the axis is in position"
     assert (at[1], at[5]) == (-0.05, -0.1)
     late = [after - before for before, after in pairwise(clocks[1:5])]
     assert max(late) <= max(LATE_CLOCKS, LATE_S * session.clock_hz), late

@@ -73,12 +73,15 @@ __attribute__((noinline)) void status_tell(void) {
     static char report[OUTPUT_LINE];
     static uint32_t length;
     static int32_t errors[HAL_AXES];
+    static uint32_t number;
     int32_t places[HAL_AXES];
     uint32_t size = sizeof report - length;
     switch (part) {
     case PART_NONE: break;
     case PART_PLACE:
-        /* With their places, so that both are of one moment: their sum is the command's place. */
+        /* With their places, so that all are of one moment: the sum of place and error is the
+           command's place. */
+        number = alarm_number();
         for (unsigned axis = 0; axis < HAL_AXES; axis++)
             places[axis] = hal_axis_position(axis), errors[axis] = hal_axis_error(axis);
         length = text_print(report, sizeof report, "<%s|MPos:%p,%p,%p|Bf:%u,%u", state_name(),
@@ -94,7 +97,7 @@ __attribute__((noinline)) void status_tell(void) {
         pins(on);
         watch_between();
         length += text_print(report + length, size,
-                             "|Ln:%u|FS:%u.%u%u%u,0%s|WCO:%p,%p,%p|Ov:%u,%u,100%s%s%s", alarm_number(),
+                             "|Ln:%u|FS:%u.%u%u%u,0%s|WCO:%p,%p,%p|Ov:%u,%u,100%s%s%s", number,
                              um / 1000, um / 100 % 10, um / 10 % 10, um % 10, on, offset[0],
                              offset[1], offset[2], (uint32_t)override.feed, (uint32_t)override.rapid,
                              burns || fluid ? "|A:" : "", burns ? "S" : "", fluid ? "F" : "");

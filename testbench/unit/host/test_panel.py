@@ -14,7 +14,8 @@ from host.errors import UserError
 from host.link.link import HOLD, RESET, STATUS, crc
 from host.machines.machine import Machine
 from host.panel.heard import Heard
-from host.panel.session import CANCEL, Job, Session
+from host.panel.job import Job
+from host.panel.session import CANCEL, Session
 from host.panel.sharing import LEASE_S, SILENT_S, Jog, Sharing
 from host.panel.wires import Remote
 from host.run.events import Scale

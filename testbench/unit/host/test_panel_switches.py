@@ -4,7 +4,7 @@
 The controller is the firmware.
 """
 
-from host.panel.session import Job
+from host.panel.job import Job
 from softcore.tables.settings import named
 from testbench.unit.host.test_panel import Board, serve, until
 

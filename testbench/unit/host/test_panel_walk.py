@@ -4,7 +4,7 @@
 import pytest
 
 from host.panel.heard import Heard
-from host.panel.session import Job
+from host.panel.job import Job
 from host.panel.walking import TOLD_S, Walking
 from host.run.events import Scale
 from testbench.unit.host.test_panel import CLOCK_HZ, PULSES_PER_MM, Board, Clock, serve, until
