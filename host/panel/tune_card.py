@@ -24,13 +24,14 @@ class TuneCard:
                  "position loop. Discharge off; each axis must be free to go by the travel. Stop "
                  "ends it. Nothing is changed until you enter it.").classes("soft")
         axes = "XY" if page.session.machine.kind == "wire" else "XYZ"
-        with ui.row().style("gap:8px;margin:8px 0;width:100%;flex-wrap:nowrap"):
+        with ui.element("div").style(
+                "display:grid;grid-template-columns:repeat(2,1fr);gap:8px;margin:8px 0"):
             self.ways = [page.locked(ui.select(
                 {NOT: f"not {axis}", f"{axis}+": f"{axis} +", f"{axis}-": f"{axis} \N{MINUS SIGN}"},
-                value=f"{axis}+", label=axis).props(
-                    f'dense outlined data-testid="tune-{axis}"').style("flex:1")) for axis in axes]
+                value=f"{axis}+", label=axis).props(f'dense outlined data-testid="tune-{axis}"'))
+                for axis in axes]
             self.travel = page.locked(ui.number("travel", value=TRAVEL_MM, step=0.5).props(
-                'dense outlined suffix=mm data-testid="tune-travel"').style("flex:1"))
+                'dense outlined suffix=mm data-testid="tune-travel"'))
         page.locked(ui.button("Measure", color=None, on_click=self._measure).classes(
             "key-resume").props('no-caps data-testid="tune"').style("width:100%"))
         self.told = ui.html("", sanitize=False).classes("record").props(

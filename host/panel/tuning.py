@@ -8,7 +8,14 @@ from host.errors import UserError
 from host.link.link import Link
 from host.tune.command import drawn, moves_of, told_of
 from host.tune.drive import Sample
-from host.tune.tune import Proposal, explained, proposal, sampled, settings_of
+from host.tune.tune import (
+    Proposal,
+    corners_unbound,
+    explained,
+    proposal,
+    sampled,
+    settings_of,
+)
 from softcore.tables.settings import named
 
 __all__ = ["Tuning"]
@@ -48,9 +55,10 @@ class Tuning:
         tended = _Tended(link, tend)
         try:
             settings = settings_of(tended)
-            samples = {axis: sampled(tended, settings, axis, way, self.travel_mm,
-                                     time_s=link.pipe.time_s)
-                       for axis, way in self._moves.items()}
+            with corners_unbound(link, settings):
+                samples = {axis: sampled(tended, settings, axis, way, self.travel_mm,
+                                         time_s=link.pipe.time_s)
+                           for axis, way in self._moves.items()}
         except UserError as error:
             self.told.append(str(error))
             raise
@@ -81,7 +89,7 @@ class _Tended:
     def __init__(self, link: Link, tend: Callable[[], bool]) -> None:
         self._link, self._tend = link, tend
         self.pipe, self.send_line, self.press = link.pipe, link.send_line, link.press
-        self.command = link.command
+        self.command, self.await_greeting = link.command, link.await_greeting
 
     @property
     def on_line(self) -> Callable[[str], None]:

@@ -21,6 +21,7 @@ from host.tune.drive import response
 from host.tune.tune import (
     Measured,
     Proposal,
+    corners_unbound,
     loop_of,
     measured,
     proposal,
@@ -57,10 +58,11 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
         link.await_greeting()
         link.command("$X")
         settings, found = settings_of(link), []
-        for axis, way in moves.items():
-            one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
-            found.append(one)
-            say(told_of(one, settings))
+        with corners_unbound(link, settings):
+            for axis, way in moves.items():
+                one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
+                found.append(one)
+                say(told_of(one, settings))
     finally:
         port.close()
     wanted = proposal(settings, found)

@@ -3,18 +3,20 @@
 
 A status report has an axis's place by its coder and its following error; their sum is where the
 command was in that moment. At an even speed this is a clock: the report needs no stamp, and a slow
-link does no harm. Only settings are read; none is changed.
+link does no harm. No setting is changed for good; while the axes move, the bound of the speed at
+corners is off, as it would slow down each turn.
 """
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from host.errors import UserError
-from host.link.link import HOLD, BytePipe, Sent
+from host.link.link import HOLD, RESET, BytePipe, Sent
 from host.tune.drive import (
     Drive,
     Fit,
@@ -25,17 +27,18 @@ from host.tune.drive import (
     phase_margin,
     response,
 )
-from softcore.tables.settings import PULSES_PER_MM, named
+from softcore.tables.settings import PULSES_PER_MM, assign, named
 
-__all__ = ["AXES", "Controlled", "Measured", "Proposal", "TuneError", "explained", "loop_of",
-           "measured", "proposal", "sampled", "settings_of", "speed_of"]
+__all__ = ["AXES", "Controlled", "Measured", "Proposal", "TuneError", "corners_unbound",
+           "explained", "loop_of", "measured", "proposal", "sampled", "settings_of", "speed_of"]
 
 AXES = "XYZ"
 FASTEST_MM_S = 10.0
 PAIRS = 4                   # motions there and back
 TURNS, LEGS = 4, 4          # motions that turn without a stop, and the parts of each
 IN_TIME = 0.9               # of a part, within which the lines of all parts must have been taken
-UNSURE_S = 2e-3             # around a turn, in which a report's line may be that of the other leg
+UNSURE_S = 2e-3             # after a turn, in which a report may name the leg that comes
+LATE_S = 0.03               # before a turn: a report may name the leg before for so long
 SPREAD_S = 0.02             # over which the first reports of the motions are spread
 EVEN = 0.6                  # share of a motion after which its speed is taken for even
 FEWEST = 5                  # samples of even motion in each direction
@@ -44,9 +47,12 @@ LIST_S, POLL_S = 15.0, 0.05     # of the list of settings
 MARGIN_DEG = 60.0           # of phase, of the highest gain that is recommended
 SHARES = 100, 75, 50, 25, 0     # of feed-forward that are tried, %
 BACK = 0.8                  # of the drives' acceleration is proposed for the way back
+LAG_MARGIN = 1.2            # of the lag that corners and arcs rest on: the fit is a tenth too low
 ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest that is known
 REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
 DIFFERENT = 0.05            # between axes, above which one gain for all does not do
+CORNERS = named("corner_deviation_nm")
+REST_S = 3.0                # longest wait for rest before the bound at corners is on again
 GAIN_ACCEPTED, LAG_ACCEPTED = (0.7, 1.3), (2e-3, 6e-3)  # by the supervision of the coders
 
 
@@ -64,6 +70,9 @@ class Controlled(Protocol):
 
     def press(self, button: bytes) -> None:
         """Press a button of the operator's."""
+
+    def await_greeting(self) -> None:
+        """Wait until it has started."""
 
     def poll(self, timeout_s: float) -> None:
         """Hear what comes, for so long at most."""
@@ -121,7 +130,7 @@ def settings_of(link: Controlled) -> dict[str, int]:
             link.poll(POLL_S)
     finally:
         link.on_line = inner
-    wanted = ("loop_gain", "feed_forward", "drive_lag_us", "start_speed_um_s",
+    wanted = ("loop_gain", "feed_forward", "drive_lag_us", CORNERS.name, "start_speed_um_s",
               "highest_speed_mm_min", "step_axes", "follow_moving", "follow_stopped",
               "back_acceleration_mm_s2", "acceleration_mm_s2",
               *(f"highest_speed_{axis.lower()}" for axis in AXES))
@@ -142,6 +151,39 @@ def speed_of(settings: Mapping[str, int], axis: str) -> float:
               settings["highest_speed_mm_min"] / 60]
     own = settings[f"highest_speed_{axis.lower()}"]
     return min([*bounds, own / 60] if own else bounds)
+
+
+@contextmanager
+def corners_unbound(link: Controlled, settings: Mapping[str, int]) -> Iterator[None]:
+    """Motions whose speed no corner bounds: ``$540`` is 0 meanwhile, and what it was after.
+
+    What is left of a motion on hold is given up, by a reset at rest: the position stays.
+
+    Raises
+    ------
+    UserError
+        If the controller does not take it; the text says what to enter then.
+    """
+    before = assign(CORNERS.name, settings[CORNERS.name])
+    link.command(assign(CORNERS.name, 0))
+    try:
+        yield
+    finally:
+        try:
+            end = link.pipe.time_s() + REST_S
+            while _moves(told := link.status()) and link.pipe.time_s() < end:
+                link.poll(POLL_S)
+            if told["state"] == "Hold":
+                link.press(RESET)
+                link.await_greeting()
+            link.command(before)
+        except UserError as error:
+            raise TuneError(f"the bound of the speed at corners is still off: enter {before}. "
+                            f"{str(error)[:1].upper()}{str(error)[1:]}") from error
+
+
+def _moves(told: Mapping[str, str]) -> bool:
+    return told["state"] == "Run" or told.get("substate") == "1"
 
 
 def measured(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
@@ -227,9 +269,9 @@ def _turns(link: Controlled, index: int, sign: int, speed: float, travel_mm: flo
     """Samples after the turns of a motion to and fro, in which the axis does not stop.
 
     At a turn the speed changes by twice its amount, which no start from rest can do. The reports
-    name the part of the motion by the number of its line. That may be later than the place by the
-    time that the controller takes to make the report, so what is near a turn is left out. There are
-    no samples if the lines came so late that the axis may have stopped between them.
+    name the part of the motion by the number of its line. That may be earlier than the place by
+    the time that the firmware takes to hear of a block, so what could be of the next part is left
+    out. There are no samples if the lines came so late that the axis may have stopped between them.
     """
     start, _ = _place(link.status(), index)
     begun = time_s()
@@ -245,7 +287,7 @@ def _turns(link: Controlled, index: int, sign: int, speed: float, travel_mm: flo
             return found if in_time else []
         if leg % 2:
             gone = travel_mm - gone
-        if leg > 0 and UNSURE_S < gone / speed < travel_mm / speed - UNSURE_S:
+        if leg > 0 and UNSURE_S < gone / speed < travel_mm / speed - LATE_S:
             moved = sign * speed * (1 - leg % 2 * 2)
             found.append(Sample(gone / speed, error, moved, before=-moved))
     return found
@@ -325,7 +367,7 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
             notes.append(f"{axis}: with 60 degrees of phase margin its loop could have "
                          f"{_highest_gain(drive, loop):.0f} 1/s: lower the scale of the velocity "
                          "command at its amplifier.")
-    late_us = round(1e6 * max(drive.late_s for drive in drives.values()))
+    late_us = round(LAG_MARGIN * 1e6 * max(drive.late_s for drive in drives.values()))
     lag = named("drive_lag_us")
     values = {"loop_gain": gain, "feed_forward": share,
               lag.name: min(lag.highest, max(lag.lowest, late_us)),

@@ -193,6 +193,25 @@ def test_the_work_is_touched_and_the_gap_recorded_from_the_page(shown):
     page.close()
 
 
+@pytest.mark.soak
+def test_the_drives_are_measured_from_the_page(shown):
+    from playwright.sync_api import expect
+    page = shown.open()
+    expect(element(page, "state")).to_have_text("Idle")
+    page.get_by_role("tab", name="Settings").click()
+    page.get_by_text("Tune the position loops").click()
+    expect(element(page, "tune")).to_be_disabled()      # nobody has the controls
+    page.get_by_text("Take the controls").click()
+    for axis in "XY":
+        element(page, f"tune-{axis}").click()
+        page.get_by_role("option", name=f"not {axis}").click()
+    element(page, "tune").click()
+    expect(element(page, "tune-told")).to_contain_text("Z: loop gain 50.0 1/s")
+    expect(page.get_by_role("button", name="Enter $456=50")).to_be_enabled()
+    expect(page.locator(".tune-picture svg")).to_be_visible()
+    page.close()
+
+
 def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_watches(shown):
     from playwright.sync_api import expect
     page = shown.open()

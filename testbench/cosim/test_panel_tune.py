@@ -17,7 +17,7 @@ SMALL = machines.load("sinker")
 GAIN = 1.2
 MACHINE = Machine(SMALL.name, SMALL.tables | {"axis": SMALL.tables["axis"] | {
     "full_speed_mm_s": GAIN * SMALL.tables["axis"]["full_speed_mm_s"]}})
-LOOP = named("loop_gain")
+LOOP, CORNERS = named("loop_gain"), named("corner_deviation_nm")
 DEADLINE_S = 120.0
 
 
@@ -58,7 +58,8 @@ def test_the_drive_is_measured_and_nothing_is_changed(session):
     assert f"${LOOP.number}={tuning.wanted.values[LOOP.name]}" in [line for line, _ in tuning.lines]
     assert "Z: following error" in tuning.picture
     assert session.tuning is tuning
-    assert session.heard.settings[LOOP.number] == str(LOOP.default)
+    for setting in (LOOP, CORNERS):
+        assert session.heard.settings[setting.number] == str(setting.default)
     # The panel works on, and what is wanted is entered line by line.
     assert session.order("page", "line", tuning.lines[0][0]) == ""
     until(lambda: session.heard.settings[LOOP.number] != str(LOOP.default), seen)
@@ -85,6 +86,11 @@ def test_it_ends_with_a_stop_and_with_its_page(session, how):
     time.sleep(0.5)
     assert session.heard.place == pytest.approx(place, abs=2e-3)
     assert tuning.wanted is None
+    session.take("page")
+    session.order("page", "line", "$$")
+    session.heard.settings.pop(CORNERS.number)
+    until(lambda: CORNERS.number in session.heard.settings, seen)
+    assert session.heard.settings[CORNERS.number] == str(CORNERS.default)
 
 
 @pytest.mark.parametrize(("ways", "travel", "said"), [

@@ -138,6 +138,7 @@ def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
 
     wanted = proposal(settings, [one])
     assert wanted.values["loop_gain"] == pytest.approx(GAIN * one.drive.gain, abs=0.51)
+    assert 1.0 < wanted.values["drive_lag_us"] / (4000 + 1e6 * real.dead_s) < 1.35
     machine = Machine(real, settings | wanted.values)
     # The amplifier has not changed: its scale is what the setting now says.
     machine.real = Real(**{**vars(real), "gain": real.gain * GAIN / wanted.values["loop_gain"]})
