@@ -13,6 +13,7 @@ from testbench.cosim.whole_cuts import (
     SIDES,
     Side,
     constancy,
+    craters,
     deviation_um,
     free_voltage,
     table,
@@ -50,6 +51,15 @@ def test_the_deviation_is_that_of_means_along_each_wall():
     # The other wall has none, and counts as much.
     steps = [3.0 * (int((0.1 + n * 0.02) / 0.04 + 1e-6) % 2) for n in range(10)]
     assert deviation_um(plan, (ALONG_X,)) == pytest.approx(np.std(steps) / np.sqrt(2))
+
+
+def test_the_size_of_a_crater_is_the_radius_of_half_a_ball():
+    """Nine sparks of one charge, and one of eight times as much: of twice the size."""
+    charges = np.array([1.0] * 9 + [8.0])
+    found = craters(charges, 17 * 2 / 3 * np.pi * 1e-9)
+    assert found["crater_um"] == pytest.approx(1.1)
+    assert found["crater_spread"] == pytest.approx(100 * 0.3 / 1.1)
+    assert found["crater_top"] == pytest.approx(2 / 1.1)
 
 
 def test_along_y_and_backwards_it_is_the_same():

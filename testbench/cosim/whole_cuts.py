@@ -27,7 +27,7 @@ from rtl.states import State
 from softcore.tables.settings import named
 from testbench.cosim.sparks import PLACES, cut, with_words
 
-__all__ = ["FIGURES", "SIDES", "Side", "constancy", "deviation_um", "figures_of", "free_voltage",
+__all__ = ["FIGURES", "SIDES", "Side", "constancy", "craters", "deviation_um", "figures_of", "free_voltage",
            "wall_um"]
 
 # With the third one the wire's sparks burn for as long as with the second, within 3 % of the mean.
@@ -42,7 +42,9 @@ FIGURES = {
     "removal_mm3_min": ("removal, mm³/min, unscaled", 3), "sparks": ("sparks", 0),
     "charge_uc": ("charge of a spark, µC", 1), "charge_spread": ("its deviation, %", 1),
     "whole": ("sparks in full", 0), "whole_uc": ("their charge, µC", 1),
-    "whole_spread": ("its deviation, %", 2), "shorts": ("Ss", 1),
+    "whole_spread": ("its deviation, %", 2), "crater_um": ("size of a crater, µm", 2),
+    "crater_spread": ("its deviation, %", 1),
+    "crater_top": ("the largest tenth, times the mean", 2), "shorts": ("Ss", 1),
     "shorted_s": ("gap shorted (Ss), s", 3), "arcs": ("arcs", 0),
     "short_pulses": ("shorted pulses", 0), "gap_um": ("gap, µm", 1),
     "gap_deviation_um": ("its deviation, µm", 1), "surface_um": ("surface, deviation, µm", 2),
@@ -139,6 +141,20 @@ def constancy(trace: Columns, sides: tuple[Side, ...], pulses_per_mm: float,
             "agreement": float(np.corrcoef(drop, volume)[0, 1])}
 
 
+def craters(charges: NDArray[Any], removed_mm3: float) -> dict:
+    """Sizes of the craters of sparks: the radius of half a ball of what a spark has removed.
+
+    A crater's volume is in proportion to its spark's charge, as in the plant; ``removed_mm3`` is
+    unscaled. A sinker's floor has no map in the plant: these sizes are what its surface would be
+    made of. ``crater_top`` is the mean of the largest tenth, as a multiple of the mean.
+    """
+    volumes = 1e9 * removed_mm3 * charges / charges.sum()
+    sizes = np.sort(np.cbrt(volumes * 3 / (2 * np.pi)))
+    mean = sizes.mean()
+    return {"crater_um": float(mean), "crater_spread": 100 * float(sizes.std() / mean),
+            "crater_top": float(sizes[-max(1, len(sizes) // 10):].mean() / mean)}
+
+
 def figures_of(trial: tuple[str, str, int]) -> dict:
     """Figures of a run, by the names of ``FIGURES``; of place, words and seed."""
     place, words, seed = trial
@@ -160,7 +176,8 @@ def figures_of(trial: tuple[str, str, int]) -> dict:
         "whole_spread": 100 * pstdev(whole) / fmean(whole), "shorts": done.shorts,
         "shorted_s": float(np.diff(trace["t"], prepend=0)[trace["shorted"] > 0].sum()),
         "arcs": done.classes[2], "short_pulses": done.classes[3],
-        "surface_um": deviation_um(done.workpiece, SIDES[place])}
+        "surface_um": deviation_um(done.workpiece, SIDES[place]),
+        **craters(burnt, done.removed_mm3 / machine.removal_scale)}
     if SIDES[place]:
         free = free_voltage(with_words(PLACES[place][3], words),
                             machine.number("source", "open_v"))
