@@ -27,8 +27,8 @@ from rtl.states import State
 from softcore.tables.settings import named
 from testbench.cosim.sparks import PLACES, cut, with_words
 
-__all__ = ["FIGURES", "SIDES", "Side", "constancy", "craters", "deviation_um", "figures_of", "free_voltage",
-           "wall_um"]
+__all__ = ["FIGURES", "SIDES", "Side", "constancy", "craters", "deviation_um", "figures_of",
+           "free_voltage", "wall_um"]
 
 # With the third one the wire's sparks burn for as long as with the second, within 3 % of the mean.
 WORDS = {"wire": ("A0", "A1 B20", "A0 P11"), "punch": ("A0", "A1 B20", "A0 P11"),
