@@ -52,6 +52,7 @@ def bench():
     Bench.close(bench)
 
 
+@pytest.mark.soak
 def test_a_tape_goes_on_where_the_power_was_lost(bench, tmp_path):
     session = Session(NEAR, lambda say: bench)
     path = tmp_path / "cavity.nc"
