@@ -176,13 +176,18 @@ void settings_renew_drives(void) {
     }
 }
 
+/* Clocks of a time of the step pulses: an axis's own one, or that of all. */
+static uint32_t step_clocks(unsigned all, unsigned own) {
+    return at_most(units_clocks_of_ns(values[own] ? values[own] : values[all]), 255);
+}
+
 static void apply_axes(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         write_errors(axis);
         write_mode(axis);
-        hal_axis_step_time(axis, at_most(units_clocks_of_ns(values[SET_STEP_WIDTH_NS]), 255),
-                           at_most(units_clocks_of_ns(values[SET_STEP_SPACE_NS]), 255),
-                           at_most(units_clocks_of_ns(values[SET_STEP_SETUP_NS]), 255));
+        hal_axis_step_time(axis, step_clocks(SET_STEP_WIDTH_NS, SET_STEP_WIDTH_X_NS + axis),
+                           step_clocks(SET_STEP_SPACE_NS, SET_STEP_SPACE_X_NS + axis),
+                           step_clocks(SET_STEP_SETUP_NS, SET_STEP_SETUP_X_NS + axis));
     }
 }
 

@@ -100,12 +100,21 @@ typedef enum {
     SET_DRY_RUN_MM_MIN,
     SET_CORNER_DEVIATION_NM,
     SET_DRIVE_LAG_US,
+    SET_STEP_WIDTH_X_NS,
+    SET_STEP_WIDTH_Y_NS,
+    SET_STEP_WIDTH_Z_NS,
+    SET_STEP_SPACE_X_NS,
+    SET_STEP_SPACE_Y_NS,
+    SET_STEP_SPACE_Z_NS,
+    SET_STEP_SETUP_X_NS,
+    SET_STEP_SETUP_Y_NS,
+    SET_STEP_SETUP_Z_NS,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 541u
+#define SETTINGS_LAST 550u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

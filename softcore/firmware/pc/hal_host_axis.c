@@ -8,7 +8,7 @@ static int32_t limits[HAL_AXES][2];
 static uint32_t gains[HAL_AXES];
 static uint32_t ramp[5]; /* speed and acceleration, those of the way back, lead */
 static struct {
-    uint32_t mode, steps, pulses, backlash, begun;
+    uint32_t mode, steps, pulses, backlash, begun, step_time[3];
 } drives[HAL_AXES];
 static hal_check check_found[HAL_AXES];
 
@@ -63,8 +63,11 @@ void gk_drive_words(uint32_t axis, uint32_t words[5]) {
     words[4] = drives[axis].begun;
 }
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
-    (void)axis;
-    (void)width;
-    (void)space;
-    (void)setup;
+    drives[axis].step_time[0] = width;
+    drives[axis].step_time[1] = space;
+    drives[axis].step_time[2] = setup;
+}
+void gk_step_time(uint32_t axis, uint32_t clocks[3]) {
+    for (unsigned which = 0; which < 3; which++)
+        clocks[which] = drives[axis].step_time[which];
 }

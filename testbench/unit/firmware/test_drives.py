@@ -83,6 +83,23 @@ def test_other_settings_of_the_axes_leave_gear_and_position(machine):
     assert not lost(machine)
 
 
+def test_an_axis_has_step_times_of_its_own_or_those_of_all(machine):
+    def times(axis):
+        clocks = (ctypes.c_uint32 * 3)()
+        machine.library.gk_step_time(axis, clocks)
+        return [round(one * 1e9 / CLOCK_HZ) for one in clocks]
+    assert [times(axis) for axis in range(3)] == [[1000] * 3] * 3
+    for name, value in (("width", 2500), ("space", 3000), ("setup", 3500)):
+        assert machine.line(assign(f"step_{name}_ns", value)) == ["ok"]
+    for name, value in (("width", 5000), ("space", 6000), ("setup", 7000)):
+        assert machine.line(assign(f"step_{name}_y_ns", value)) == ["ok"]
+    usual = [2500, 3000, 3500]
+    assert [times(axis) for axis in range(3)] == [usual, [5000, 6000, 7000], usual]
+    assert machine.line(assign("step_width_y_ns", 0)) == ["ok"]
+    assert times(1) == [2500, 6000, 7000]
+    assert not lost(machine)
+
+
 def test_more_steps_than_pulses_are_never_in_force(machine):
     assert machine.line(assign("gear_pulses_y", 640)) == ["ok"]
     assert drive(machine, "y") == (0, 10_000, 10_000, 0)
