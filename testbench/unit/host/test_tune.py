@@ -224,7 +224,7 @@ def test_axes_that_differ_are_told():
 @pytest.mark.parametrize(("real", "settings", "travel", "complaint"), [
     (Real(), {"step_axes": 2}, 3.0, "axis Y is driven by steps: it has no position loop to tune."),
     (Real(), {}, 0.1, "axis Y: 0.1 mm are too short for the reports that come; give more "
-     "--travel."),
+     "travel."),
     (Real(gain=0.0), {}, 3.0, "axis Y: its motion has not ended within 11 s, and is held now"),
 ])
 def test_what_cannot_be_measured_is_told(real, settings, travel, complaint):
@@ -276,7 +276,8 @@ def test_speed_is_one_that_the_machine_reaches_at_once():
 
 @pytest.mark.parametrize(("ways", "travel", "complaint"), [
     ("Z", 1, '"Z" is no direction; write an axis and a sign, such as X+.'),
-    ("Z+", 0, "--travel must be above 0 mm, not 0."),
+    ("Z+", 0, "the travel must be above 0 mm, and finite, not 0."),
+    ("Z+", math.nan, "the travel must be above 0 mm, and finite, not nan."),
 ])
 def test_arguments_that_mean_nothing_are_told(ways, travel, complaint):
     with pytest.raises(UsageError, match=re.escape(complaint)):
