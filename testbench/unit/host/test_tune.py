@@ -30,6 +30,7 @@ TICK_S = 5e-5
 SET = {row.name: row.default for row in SETTINGS}
 GAIN = SET["loop_gain"]
 TRAVEL_MM = 3.0
+HEARD_S = 0.02
 
 
 @dataclass
@@ -52,6 +53,7 @@ class Machine:
         self.time_s = 0.0
         self.command_mm = self.place = self.filtered = self.speed = self.model = 0.0
         self.goals, self.goal, self.line, self.feed = [], 0.0, 0, 0.0
+        self.line_before, self.line_s = 0, 0.0
         self.late = [0.0] * max(1, round(real.dead_s / TICK_S))
         self.on_line, self.pipe = print, SimpleNamespace(time_s=lambda: self.time_s)
         self.furthest, self.pressed = [], b""
@@ -61,6 +63,7 @@ class Machine:
         for _ in range(round(seconds / TICK_S)):
             self.time_s += TICK_S
             if self.goals and self.command_mm == self.goal:
+                self.line_before, self.line_s = self.line, self.time_s
                 self.line, self.goal = self.goals.pop(0)
             left = self.goal - self.command_mm
             way = math.copysign(min(abs(left), self.feed * TICK_S), left)
@@ -87,7 +90,9 @@ class Machine:
         told = {"state": "Idle" if rests else "Run", "MPos": f"0.0000,{self.place:.4f},0.0000",
                 "Er": f"0,{round(error * 10_000)},0"}
         self.run(self.rng.uniform(0, 0.001))
-        return told | {"Ln": str(self.line)}
+        # The firmware may hear late of a block that has begun.
+        heard = self.time_s - self.line_s >= self.rng.choice((0.0, HEARD_S))
+        return told | {"Ln": str(self.line if heard else self.line_before)}
 
     def press(self, button):
         self.pressed = button
