@@ -35,7 +35,7 @@ from host.panel.touching import Touching
 from host.panel.tuning import Tuning
 from host.panel.wires import Wire
 from host.run.events import Scale
-from host.tape.start import STARTS_AT
+from host.tape.start import INTERRUPTED, STARTS_AT
 from softcore.tables.settings import named
 
 __all__ = ["CANCEL", "ORDERS", "Session"]
@@ -103,7 +103,7 @@ class Session:
         self._typed: str | None = None      # the page that has sent a jog as a line
         self._of_scope = False      # that line is the oscilloscope's
         self.scope.forget()
-        self._start = 0             # block at which the tape is to begin, 0: not yet
+        self._start = ""            # block at which the tape is to begin; empty: not yet
         self._stop_s: float | None = None   # machine's time when the stop was pressed
         self._asked_s = self._modes_s = self._report_s = self._clock()
         self.running = False
@@ -144,8 +144,9 @@ class Session:
         """Order something: one of ``ORDERS``. Return why it cannot be, or nothing.
 
         ``line`` has a text, ``jog`` an axis, a way (1 or -1) and a feed in mm/min, ``choose`` a
-        ``Job``, ``run`` the first block, ``touch`` and ``tune`` one of their objects, ``scope`` a
-        ``Trigger`` and whether to go on; the others have none. ``notices`` tell what is refused.
+        ``Job``, ``run`` the first block or ``LAST``, ``touch`` and ``tune`` one of their objects,
+        ``scope`` a ``Trigger`` and whether to go on; the others have none. ``notices`` tell what is
+        refused.
         """
         with self.lock:
             if self.sharing.holder != page:
@@ -285,11 +286,11 @@ class Session:
                                    else "unlock, and declare the position, before any motion."))
 
     def _send_tape(self) -> None:
-        begin, self._start = self._start, 0
+        begin, self._start = self._start, ""
         assert self.job is not None
         try:
-            if begin > 1:
-                self._controller.command(f"$FROM={begin}")
+            if begin != "1":
+                self._controller.command(f"$FROM={begin.upper()}")
         except RefusedError as error:
             self.tell(str(error))
             return
@@ -347,7 +348,7 @@ class Session:
             self._end_jog()
             self._lines.clear()
             self._touch = None
-            self._start, self._tuner = 0, ""
+            self._start = self._tuner = ""
             self._controller.press(HOLD)
             self._stop_s = self._wire.time_s()
             self.tell("stop: the feed is held; the program ends as soon as the axes rest.")
@@ -364,7 +365,7 @@ class Session:
         elif name == "jog_end":
             self._end_jog()
         elif name == "run":
-            self._start = words[0] if words else 1
+            self._start = str(words[0] if words else 1)
         elif name == "arm":
             self._wire.arm()
         elif name == "touch":
@@ -492,7 +493,7 @@ class Session:
                 self._touch[1].hear(line)
             if line.startswith("[MSG:"):
                 self._sent_said = line[5:-1]
-                if STARTS_AT.match(self._sent_said):
+                if STARTS_AT.match(self._sent_said) or INTERRUPTED.match(self._sent_said):
                     self.tell(self._sent_said)
             self.heard.hear(line, self._wire.time_s(), volts)
             if self.heard.starts != before and self.running:

@@ -15,7 +15,7 @@ from host.panel.job import Job
 from host.panel.scope_tab import ScopeTab
 from host.panel.touch_tab import TouchTab
 from host.panel.tune_card import TuneCard
-from host.tape.start import block_of
+from host.tape.start import LAST, block_of
 from softcore.tables.settings import GROUPS, SETTINGS, Setting, named
 
 __all__ = ["Tabs", "field_text", "html"]
@@ -88,7 +88,8 @@ class Tabs:
     def _run(self) -> None:
         wanted, job = (self.begin.value or "").strip(), self.session.job
         try:
-            self.page.order("run", block_of(job.tape, wanted) if wanted and job else 1)
+            self.page.order("run", LAST if wanted.lower() == LAST else
+                            block_of(job.tape, wanted) if wanted and job else 1)
         except UserError as error:
             ui.notify(str(error), type="warning", position="top")
 

@@ -13,12 +13,12 @@ from hashlib import sha256
 from pathlib import Path
 
 from host.errors import UsageError
+from host.tape.start import LAST
 from host.tape.tape import Tape
 
-__all__ = ["FILE", "LAST", "Interrupted", "Last", "last"]
+__all__ = ["FILE", "Interrupted", "Last", "last"]
 
 FILE = "interrupted.json"
-LAST = "last"       # what a user calls this block
 EVERY_S = 0.2       # a tape of many short blocks does not write more often
 LARGEST = 99_999_999    # number of a block
 

@@ -24,7 +24,7 @@ from host.machines.machine import Machine
 from host.machines.machine_file import DRIVES
 from host.run import report, simulation
 from host.run.controller import Controller
-from host.run.interrupted import FILE, LAST, Interrupted, Last, last
+from host.run.interrupted import FILE, Interrupted, Last, last
 from host.run.run import STATUS_OF, Run, count_retractions, write_events
 from host.run.summary import (
     Summary,
@@ -40,7 +40,7 @@ from host.scope.acquire import Acquisition, Trigger
 from host.scope.record import write
 from host.scope.record_at import told
 from host.tape.machine import machine_named
-from host.tape.start import block_of
+from host.tape.start import LAST, block_of
 from host.tape.tape import Tape, decode, is_punched, load, text_of
 from host.terminal import enter_pressed
 from host.words import counted

@@ -7,10 +7,12 @@ from host.errors import UsageError
 from host.tape.subprograms import COMMENT
 from host.tape.tape import Tape, decode
 
-__all__ = ["STARTS_AT", "block_of"]
+__all__ = ["INTERRUPTED", "LAST", "STARTS_AT", "block_of"]
 
-# The controller's message before it goes there.
+LAST = "last"       # in place of a block: where the tape was interrupted
+# The controller's message before it goes to a block, and that after power-off in a cut.
 STARTS_AT = re.compile(r"block (\d+) begins at ")
+INTERRUPTED = re.compile(r"a tape was interrupted in block (\d+)")
 
 _WANTED = re.compile(r"(N?)(\d{1,8})", re.IGNORECASE)
 _NUMBER = re.compile(r"N(\d+)", re.IGNORECASE)

@@ -67,7 +67,7 @@ def test_the_drive_is_measured_and_nothing_is_changed(session):
     until(lambda: session.heard.settings[LOOP.number] == str(LOOP.default), seen)
 
 
-@pytest.mark.parametrize("how", ["stop", "let_go"])
+@pytest.mark.parametrize("how", [pytest.param("stop", marks=pytest.mark.soak), "let_go"])
 def test_it_ends_with_a_stop_and_with_its_page(session, how):
     def seen():
         session.seen("page")

@@ -481,8 +481,9 @@ bool commands_step(void) {
         watch_between();
         obey(come);
     }
-    /* The gateware already holds. The firmware follows last, as the hold may have come last. */
-    if (notes & NOTE_HOLD) {
+    /* The gateware already holds. The firmware follows last, as the hold may have come last. A reset
+       in the same pass drops it with all the rest: nothing moves after it. */
+    if (notes & NOTE_HOLD && come != LINK_RESET) {
         (void)machine_hold(true, 0);
         walk_hold();
         if (jog_active() || program_jogs())

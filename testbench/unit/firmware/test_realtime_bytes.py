@@ -118,3 +118,15 @@ def test_every_byte_within_a_frame():
         machine.run(200)
         ((answer, _),) = machine.marks
         assert answer == (0x06 if byte in known else 0x15), f"0x{byte:02X}"
+
+
+@pytest.mark.parametrize("bytes_", [b"!\x18", b"\x84\x18"])
+@pytest.mark.parametrize("name", SCENES)
+def test_a_hold_just_before_a_reset_is_dropped_with_it(name, bytes_):
+    """As all that came before: both may be there in the same pass."""
+    machine = Controller()
+    machine.unlock()
+    machine.run(REST)
+    SCENES[name](machine).send(bytes_)
+    machine.run(400)
+    assert not {"held", "hold"} & machine.flags
