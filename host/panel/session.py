@@ -49,6 +49,7 @@ LINES = 20          # that may wait to be sent
 CANCEL = b"\x85"    # grbl's byte that cancels a jog
 ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
           "touch", "tune", "connect", "scope", "scope_stop", "scope_force")
+_BEGIN = ("run", "touch", "tune")   # orders that go on by themselves
 _WATCHES = "This page only watches: take the controls first."
 _REST = ("", "Hold:0", "Idle", "Alarm")
 _OWN = "$G"         # asked by the panel itself: a refusal is not told
@@ -169,6 +170,8 @@ class Session:
         state = self.heard.fields.get("state", "")
         if self._tuner and name in ("line", "run", "touch", "tune", "jog"):
             return "The drives are being measured: Stop ends it."
+        if name in _BEGIN and (self._start or any(one in _BEGIN for _, one, _ in self._orders)):
+            return "Something else is about to begin."
         if name == "line":
             try:
                 check_line(words[0])
@@ -307,11 +310,8 @@ class Session:
     def _measures_on(self) -> bool:
         """Do what has to be done in a measurement; return whether it may go on."""
         self._pass()
-        held = self.sharing.holder != self._tuner
-        if held:
-            self._controller.press(HOLD)
-        return not (held or self._stop_s is not None or self._over.is_set()
-                    or self._again.is_set())
+        return (self.sharing.holder == self._tuner and self._stop_s is None
+                and not self._over.is_set() and not self._again.is_set())
 
     def _interrupted(self) -> bool:
         self._pass()
@@ -348,7 +348,7 @@ class Session:
             self._end_jog()
             self._lines.clear()
             self._touch = None
-            self._start = ""
+            self._start = self._tuner = ""
             self._controller.press(HOLD)
             self._stop_s = self._wire.time_s()
             self.tell("stop: the feed is held; the program ends as soon as the axes rest.")

@@ -40,9 +40,12 @@ class TuneCard:
         self.picture = ui.html("", sanitize=False).classes("picture tune-picture")
 
     def _measure(self) -> None:
+        ways = "".join(field.value for field in self.ways)
+        if not ways:
+            ui.notify("Choose an axis to measure.", type="warning", position="top")
+            return
         try:
-            tuning = Tuning("".join(field.value for field in self.ways),
-                            float(self.travel.value or 0.0))
+            tuning = Tuning(ways, float(self.travel.value or 0.0))
         except UserError as error:
             text = str(error)
             ui.notify(f"{text[:1].upper()}{text[1:]}", type="warning", position="top")

@@ -73,11 +73,14 @@ class Tuning:
                 found.append(explained(settings, axis, self.travel_mm, some))
                 self.told.append(told_of(found[-1], settings))
             wanted = proposal(settings, found)
+            self.picture = drawn(settings, found, wanted)
         except UserError as error:
             self.told.append(str(error))
             return
+        except Exception as error:  # a fault of this program: nobody waits for what never comes
+            self.told.append(f"unexpected failure, {type(error).__name__}: {error}")
+            return
         self.told += wanted.notes
-        self.picture = drawn(settings, found, wanted)
         self.lines = [(f"${named(name).number}={value}", f"{named(name).title}, now "
                        f"{settings[name]}") for name, value in wanted.values.items()]
         self.wanted = wanted

@@ -86,10 +86,10 @@ def moves_of(ways: str, travel_mm: float) -> dict[str, int]:
     Raises
     ------
     UsageError
-        If the text has none, or the travel is not above 0.
+        If the text has none, or the travel is no number above 0.
     """
-    if travel_mm <= 0:
-        raise UsageError(f"--travel must be above 0 mm, not {travel_mm:g}.")
+    if not 0 < travel_mm < math.inf:
+        raise UsageError(f"the travel must be above 0 mm, and finite, not {travel_mm:g}.")
     return ways_of(ways)
 
 

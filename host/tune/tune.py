@@ -51,7 +51,7 @@ LAG_MARGIN = 1.2            # of the lag that corners and arcs rest on: the fit 
 ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest that is known
 REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
 DIFFERENT = 0.05            # between axes, above which one gain for all does not do
-CORNERS = named("corner_deviation_nm")
+CORNERS, DRY = named("corner_deviation_nm"), named("dry_run_mm_min")
 REST_S = 3.0                # longest wait for rest before the bound at corners is on again
 GAIN_ACCEPTED, LAG_ACCEPTED = (0.7, 1.3), (2e-3, 6e-3)  # by the supervision of the coders
 
@@ -130,9 +130,9 @@ def settings_of(link: Controlled) -> dict[str, int]:
             link.poll(POLL_S)
     finally:
         link.on_line = inner
-    wanted = ("loop_gain", "feed_forward", "drive_lag_us", CORNERS.name, "start_speed_um_s",
-              "highest_speed_mm_min", "step_axes", "follow_moving", "follow_stopped",
-              "back_acceleration_mm_s2", "acceleration_mm_s2",
+    wanted = ("loop_gain", "feed_forward", "drive_lag_us", CORNERS.name, DRY.name,
+              "start_speed_um_s", "highest_speed_mm_min", "step_axes", "follow_moving",
+              "follow_stopped", "back_acceleration_mm_s2", "acceleration_mm_s2",
               *(f"highest_speed_{axis.lower()}" for axis in AXES))
     missing = [name for name in wanted if named(name).number not in found]
     if missing:
@@ -157,7 +157,8 @@ def speed_of(settings: Mapping[str, int], axis: str) -> float:
 def corners_unbound(link: Controlled, settings: Mapping[str, int]) -> Iterator[None]:
     """Motions whose speed no corner bounds: ``$540`` is 0 meanwhile, and what it was after.
 
-    What is left of a motion on hold is given up, by a reset at rest: the position stays.
+    Whatever ends it early holds the machine. What is left of a motion on hold is given up, by a
+    reset at rest: the position stays.
 
     Raises
     ------
@@ -168,6 +169,9 @@ def corners_unbound(link: Controlled, settings: Mapping[str, int]) -> Iterator[N
     link.command(assign(CORNERS.name, 0))
     try:
         yield
+    except BaseException:   # Ctrl-C, too: nobody looks any more at what has been ordered
+        link.press(HOLD)
+        raise
     finally:
         try:
             end = link.pipe.time_s() + REST_S
@@ -208,9 +212,12 @@ def sampled(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
     LinkError
         If the controller refuses a motion, or does not answer.
     TuneError
-        If the axis has a stepping drive, or does not come to an end.
+        If the axis has a stepping drive, does not come to an end, or does not go at the speed that
+        was ordered.
     """
     index = AXES.index(axis)
+    if settings[DRY.name]:
+        raise TuneError(f"a dry run is on, which sets the speed: enter {assign(DRY.name, 0)}.")
     if settings["step_axes"] >> index & 1:
         raise TuneError(f"axis {axis} is driven by steps: it has no position loop to tune.")
     speed = speed_of(settings, axis)
@@ -236,7 +243,7 @@ def explained(settings: Mapping[str, int], axis: str, travel_mm: float,
     for up in (True, False):
         if sum(one.time_s >= after and (one.speed > 0) == up for one in samples) < FEWEST:
             raise TuneError(f"axis {axis}: {travel_mm:g} mm are too short for the reports that "
-                            "come; give more --travel.")
+                            "come; give more travel.")
     try:
         return Measured(axis, tuple(samples), fitted(loop_of(settings), samples, after))
     except ValueError as error:
@@ -313,17 +320,25 @@ def _reports(link: Controlled, index: int, time_s: Callable[[], float], wait_s: 
         told = link.status()
         if told["state"] == "Alarm":
             raise TuneError(f"axis {AXES[index]}: an alarm came while it moved.")
+        if told["state"] == "Hold":
+            raise TuneError(f"axis {AXES[index]}: it was held while it moved.")
+        if (share := told.get("Ov", "100").partition(",")[0]) != "100":
+            raise TuneError(f"axis {AXES[index]}: the override of the feed is {share} %; it must "
+                            "be 100 %.")
         if time_s() > end:
             link.press(HOLD)
             raise TuneError(f"axis {AXES[index]}: its motion has not ended within "
-                            f"{2 * long_s + MOTION_S:.0f} s, and is held now; is a hold or an "
-                            "override of the feed in force?")
+                            f"{2 * long_s + MOTION_S:.0f} s, and is held now.")
         yield told, *_place(told, index)
 
 
 def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
     """Settings for the drives that were measured, all axes together, with their margins."""
     notes: list[str] = []
+    if not settings[CORNERS.name]:
+        notes.append(f"${CORNERS.number} is 0: nothing bounds the speed at corners. If power or "
+                     "the cable failed in a measurement, enter what it was; as delivered it is "
+                     f"{CORNERS.default}.")
     gains = {one.axis: settings["loop_gain"] * one.drive.gain for one in axes}
     gain = round(float(np.mean(list(gains.values()))))
     least, most = named("loop_gain").lowest, named("loop_gain").highest

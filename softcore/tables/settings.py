@@ -143,7 +143,8 @@ SETTINGS: tuple[Setting, ...] = (
     _set(421, "window", "lag up to which an axis is in position", "pulses",
          (15, 1, 4095), "axes", "An axis no further than this from its command is in position. A "
          "drive that creeps without a command, by its offset, comes to rest within it: 15 pulses "
-         "at 50 1/s are 0.075 mm/s. With more than 15 the supervision of the coders trips."),
+         "at 50 1/s are 0.075 mm/s. If it needs more than 15, the supervision of the coders trips, "
+         "whatever this setting is."),
     _set(422, "tv", "tape: TV check", "", (0, 0, 1), "program",
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),

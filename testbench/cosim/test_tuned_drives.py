@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drives that are not as delivered, with the settings that ``gapkeeper tune`` proposes for them.
 
-Their gain is 0.7 or 1.3 times what it should be, their dead time up to 2 ms; the offset has been
+Their gain is 0.7 or 1.3 times what it should be, their dead time up to 3 ms; the offset has been
 taken away at the amplifier, as ``tune`` asks. ``pytest -s -m "soak or not soak"
 testbench/cosim/test_tuned_drives.py`` tells all figures.
 """
@@ -69,10 +69,11 @@ class Real:
 SLOW, FAST = Real(0.7), Real(1.3)
 LATE = [Real(0.7, 2.0), Real(1.3, 2.0)]
 DRIVES = [pytest.param(SLOW), *(pytest.param(one, marks=pytest.mark.soak)
-                                for one in (FAST, *LATE))]
+                                for one in (Real(), FAST, *LATE))]
 
 
-@pytest.mark.parametrize("real", DRIVES)
+# The last is so late that the bound of corners does not hold with the lag as delivered (6.8 um).
+@pytest.mark.parametrize("real", [*DRIVES, Real(1.0, 3.0)])
 def test_corners_are_rounded_by_no_more_than_the_setting(real):
     with real.on() as session:
         found = deviation(session, square(1.5), *real.tuned)

@@ -479,9 +479,8 @@ def test_no_number_of_a_machine_is_without_bounds(workdir, key):
             load(str(path))
 
 
-@pytest.mark.parametrize("key", re.findall(  # tables of axes and [relaxation] may be left out
-    r"^([a-z]\w*) = [-\d]", re.sub(r"^\[([xyz]|relaxation)\][^[]*|^(dead|offset|friction)_.*", "",
-                                   SINKER, flags=re.M), re.M))
+@pytest.mark.parametrize("key", re.findall(r"(?m)^([a-z]\w*) = [-\d]", re.sub(  # may be left out:
+    r"(?m)^\[([xyz]|relaxation)\][^[]*|^(dead|offset|friction)_.*", "", SINKER)))
 def test_a_machine_that_lacks_a_number_is_refused(workdir, key):
     path = workdir / "part.toml"
     path.write_text(re.sub(rf"^{key} = .*\n", "", SINKER, flags=re.M))

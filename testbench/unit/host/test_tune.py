@@ -30,6 +30,7 @@ TICK_S = 5e-5
 SET = {row.name: row.default for row in SETTINGS}
 GAIN = SET["loop_gain"]
 TRAVEL_MM = 3.0
+HEARD_S = 0.02
 
 
 @dataclass
@@ -52,6 +53,7 @@ class Machine:
         self.time_s = 0.0
         self.command_mm = self.place = self.filtered = self.speed = self.model = 0.0
         self.goals, self.goal, self.line, self.feed = [], 0.0, 0, 0.0
+        self.line_before, self.line_s = 0, 0.0
         self.late = [0.0] * max(1, round(real.dead_s / TICK_S))
         self.on_line, self.pipe = print, SimpleNamespace(time_s=lambda: self.time_s)
         self.furthest, self.pressed = [], b""
@@ -61,6 +63,7 @@ class Machine:
         for _ in range(round(seconds / TICK_S)):
             self.time_s += TICK_S
             if self.goals and self.command_mm == self.goal:
+                self.line_before, self.line_s = self.line, self.time_s
                 self.line, self.goal = self.goals.pop(0)
             left = self.goal - self.command_mm
             way = math.copysign(min(abs(left), self.feed * TICK_S), left)
@@ -87,7 +90,9 @@ class Machine:
         told = {"state": "Idle" if rests else "Run", "MPos": f"0.0000,{self.place:.4f},0.0000",
                 "Er": f"0,{round(error * 10_000)},0"}
         self.run(self.rng.uniform(0, 0.001))
-        return told | {"Ln": str(self.line)}
+        # The firmware may hear late of a block that has begun.
+        heard = self.time_s - self.line_s >= self.rng.choice((0.0, HEARD_S))
+        return told | {"Ln": str(self.line if heard else self.line_before)}
 
     def press(self, button):
         self.pressed = button
@@ -224,7 +229,7 @@ def test_axes_that_differ_are_told():
 @pytest.mark.parametrize(("real", "settings", "travel", "complaint"), [
     (Real(), {"step_axes": 2}, 3.0, "axis Y is driven by steps: it has no position loop to tune."),
     (Real(), {}, 0.1, "axis Y: 0.1 mm are too short for the reports that come; give more "
-     "--travel."),
+     "travel."),
     (Real(gain=0.0), {}, 3.0, "axis Y: its motion has not ended within 11 s, and is held now"),
 ])
 def test_what_cannot_be_measured_is_told(real, settings, travel, complaint):
@@ -276,10 +281,20 @@ def test_speed_is_one_that_the_machine_reaches_at_once():
 
 @pytest.mark.parametrize(("ways", "travel", "complaint"), [
     ("Z", 1, '"Z" is no direction; write an axis and a sign, such as X+.'),
-    ("Z+", 0, "--travel must be above 0 mm, not 0."),
+    ("Z+", 0, "the travel must be above 0 mm, and finite, not 0."),
+    ("Z+", math.nan, "the travel must be above 0 mm, and finite, not nan."),
 ])
 def test_arguments_that_mean_nothing_are_told(ways, travel, complaint):
     with pytest.raises(UsageError, match=re.escape(complaint)):
         tune("x", ways, travel_mm=travel, baud=1, machine="sinker", picture=None, console=None)
 
 
+
+
+@pytest.mark.parametrize("bound", [0, 5000])
+def test_a_bound_of_corners_that_is_off_is_told(bound):
+    rest = Sample(0.0, 0.0, 10.0)
+    axes = [Measured("Y", (rest,), Fit(Drive(), 0.0, None, None))]
+    told = [note for note in proposal(SET | {"corner_deviation_nm": bound}, axes).notes
+            if note.startswith("$540 is 0")]
+    assert len(told) == (not bound)
