@@ -357,14 +357,13 @@ SETTINGS: tuple[Setting, ...] = (
          (4096, 500, 20_000), "loop", "How late a drive follows its velocity command. Speeds at "
          "corners and on arcs follow from it while `${feed_forward}` is in force. `gapkeeper tune` "
          "measures it. The gateware's own model of the drives has 4096."),
-    *(_set(number, f"step_{name}_{axis}_ns", f"{title}, {axis.upper()} (0 that of ${common})", "ns",
-           (0, 0, 100_000), "axes", f"As `${common}`, for an amplifier that differs from the "
-           f"others. 0: that of `${common}`.")
-      for number, (common, name, title, axis) in enumerate(
-          ((common, name, title, axis)
-           for common, name, title in ((418, "width", "step pulse width"),
-                                       (419, "space", "step pulse space"),
-                                       (420, "setup", "direction before step"))
+    *(_set(number, f"step_{name}_{axis}_ns", f"{title}, {axis.upper()} (0 that of all)", "ns",
+           (0, 0, 100_000), "axes", f"As `${{step_{name}_ns}}`, for an amplifier that differs from "
+           "the others. 0: that of all axes.")
+      for number, (name, title, axis) in enumerate(
+          ((name, title, axis) for name, title in (("width", "step pulse width"),
+                                                   ("space", "step pulse space"),
+                                                   ("setup", "direction before step"))
            for axis in "xyz"), start=542)),
 )
 

@@ -185,6 +185,7 @@ def test_a_witness_notes_what_is_done_to_it():
         job.finish()
         assert session.pins.rises("gap_on")
         assert session.begun is None
+        session.run(400_000)        # the axis comes to rest
         session.set("force.estop", 1)
         assert session.deeds == [(session.cycle, "force.estop = 1")]
         session.run(100_000)

@@ -219,6 +219,7 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
     apply_motion();
     between();
     apply_loop();
+    between();
     apply_axes();
     between();
     apply_corners();

@@ -22,8 +22,8 @@ STOREYS: dict[str, tuple[set[str], ...]] = {
     "host": (
         {"pages"}, {"cli"},
         {"bench", "bitstream", "bootstrap", "doctor", "experiments", "flash", "panel", "prepare",
-         "study", "tune"},
-        {"firmware", "roughing", "touch"}, {"run"}, {"door", "scope", "tape", "terminal"},
+         "study"},
+        {"tune"}, {"firmware", "roughing", "touch"}, {"run"}, {"door", "scope", "tape", "terminal"},
         {"options"}, {"link", "machines"}, {"alarms", "errors", "places", "words"}),
     "softcore": (
         {"build", "generate"}, {"contents", "image", "render", "top"}, {"soc"},
