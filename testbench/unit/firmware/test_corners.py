@@ -10,7 +10,7 @@ from testbench.firmware import Controller
 from testbench.travel import go, load
 
 PULSES_PER_MM = 10_000
-SLOWER = 1.1            # the drives may be a tenth slower than the controller's model of them
+SLOWER = 1.1            # the drives may be a tenth slower than the settings say
 LAG_S = 4.096e-3 * SLOWER
 LOOP_S = 1 / named("loop_gain").default
 DEVIATION_UM = named("corner_deviation_nm").default / 1000
@@ -92,7 +92,8 @@ def test_a_gentle_bend_between_the_axes_is_none(wire):
     (assign("feed_forward", 50), 1 / 100 * SLOWER + LAG_S / 2, DEVIATION_UM, LOOP_S),
     (assign("corner_deviation_nm", 1000), LAG_S, 1, LOOP_S),
     (assign("corner_deviation_nm", 12_000), LAG_S, 12, LOOP_S),
-    (assign("loop_gain", 10), LAG_S, DEVIATION_UM, 1 / 10)])
+    (assign("loop_gain", 10), LAG_S, DEVIATION_UM, 1 / 10),
+    (assign("drive_lag_us", 8000), 8e-3 * SLOWER, DEVIATION_UM, LOOP_S)])
 def test_it_follows_the_loop_in_force_and_the_setting(wire, line, lag_s, deviation_um, loop_s):
     wire.line(line)
     load(wire, "G91 G01 F60", "X1", "Y1", "M02")

@@ -428,14 +428,14 @@ def test_lag_of_the_servo_leads_inside_an_arc_by_the_deviation_at_most(radius, g
     assert speed * 1000 == pytest.approx(gain * math.sqrt(2 * radius_um * deviation_um), rel=0.002)
 
 
-def inside_um(speed, radius_um, gain, share, true):
+def inside_um(speed, radius_um, gain, share, true, lag_s=LAG_S):
     """How far a loop with feed-forward runs inside an arc, from its response at that frequency.
 
-    The drive has a lag of first order, as in the controller's model of it, and ``true`` times the
+    The drive has a lag of first order, as has the controller's model of it, and ``true`` times the
     gain of the setting.
     """
     s = 1j * speed * 1000 / radius_um
-    drive, model = true / (1 + LAG_S * s), 1 / (1 + LAG_S * s)
+    drive, model = true / (1 + lag_s * s), 1 / (1 + LAG_S * s)
     followed = drive * (gain + share * s) / (s * (1 + gain * LAG_S * model) + drive * gain)
     return radius_um * (1 - abs(followed))
 
@@ -450,6 +450,19 @@ def test_lag_of_the_drive_leads_inside_an_arc_by_the_deviation_at_most(radius, g
     assert max(found) >= DEVIATION_UM * 0.75, "not much slower than the bound asks"
     assert speed_on_arc(2500) / speed_on_arc(2500, assign("feed_forward", 0)) == pytest.approx(
         1.724, abs=0.003)
+
+
+@pytest.mark.parametrize("share", [60, 100])
+@pytest.mark.parametrize("lag_us", [1000, 2000, 8000, 12_000])
+@pytest.mark.parametrize(("radius", "gain"), [(2500, 50), (40_000, 30)])
+def test_a_drive_that_is_faster_or_slower_than_the_model_keeps_the_bound(radius, gain, lag_us,
+                                                                         share):
+    """Inside the arc or, if it is much slower, outside of it."""
+    speed = speed_on_arc(radius, assign("loop_gain", gain), assign("feed_forward", share),
+                         assign("drive_lag_us", lag_us))
+    found = [abs(inside_um(speed, radius / 10, gain, share / 100, true, lag_us * 1e-6))
+             for true in (0.9, 1, 1.1)]
+    assert 0.75 * DEVIATION_UM <= max(found) <= 1.01 * DEVIATION_UM, found
 
 
 def test_pieces_of_an_arc_follow_no_faster_than_they_are_made():
