@@ -121,6 +121,8 @@ LINK = (
     *breaks_of(
         "softcore/firmware/app/commands.c", TALK,
         ("    hal_release_reset();\n", "", "a reset ends", "unit/firmware/test_lines.py"),
+        (" && come != LINK_RESET", "", "a reset drops a hold that came before it",
+         "unit/firmware/test_realtime_bytes.py"),
         ("        ignored += resumes + retracts;\n        return;\n",
          "        ignored += resumes + retracts;\n",
          "single bytes do not move a guarded machine", "unit/firmware/test_lines.py"),
@@ -188,6 +190,8 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
+        ("values[own] ? values[own] : values[all]", "values[all]",
+         "an axis has step times of its own"),
         ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
          "more steps than pulses are not in force"),
         ("before == value && group == GROUP_DRIVES", "before == value && false",
