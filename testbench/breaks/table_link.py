@@ -190,7 +190,7 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
-        ("values[own] ? values[own] : values[all]", "values[all]",
+        ("values[own] ? values[own] : values[all]", "values[own] ? values[all] : values[all]",
          "an axis has step times of its own"),
         ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
          "more steps than pulses are not in force"),
