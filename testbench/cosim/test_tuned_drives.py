@@ -2,8 +2,8 @@
 """Drives that are not as delivered, with the settings that ``gapkeeper tune`` proposes for them.
 
 Their gain is 0.7 or 1.3 times what it should be, their dead time up to 3 ms; the offset has been
-taken away at the amplifier, as ``tune`` asks, and they have no friction. ``pytest -s -m "soak or not soak"
-testbench/cosim/test_tuned_drives.py`` tells all figures.
+taken away at the amplifier, as ``tune`` asks, and they have no friction. ``pytest -s -m "soak or
+not soak" testbench/cosim/test_tuned_drives.py`` tells all figures.
 """
 
 from dataclasses import dataclass
