@@ -166,6 +166,7 @@ class Controller(wiring.Component):
             drives.downwards.eq(motion.downwards), drives.mark.eq(motion.mark),
             *(mine.eq(its) for mine, its in zip(drives.forward, motion.forward, strict=True)),
             drives.ahead.eq(motion.ahead),
+            drives.resting.eq(motion.resting),
             drives.left_low.eq(interlock.left_low), drives.left_high.eq(interlock.left_high),
             drives.enc_a.eq(self.enc_a), drives.enc_b.eq(self.enc_b),
             self.dac.eq(drives.dac), self.dac_negative.eq(drives.dac_negative),

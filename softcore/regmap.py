@@ -389,7 +389,11 @@ def _axis(index: int, letter: str) -> Block:
                   doc="Step/direction; feedback is the step pulses."),
             Field(name="reverse", bits=1, guarded=True,
                   doc="Encoder counts the other way."),
-            Field(name="swap", bits=1, guarded=True, doc="Drive turns the other way."))),
+            Field(name="swap", bits=1, guarded=True, doc="Drive turns the other way."),
+            Field(name="offset", bits=12, guarded=True, unit="pulse of Er",
+                  doc="Velocity command at which the axis stands still, in two's complement."),
+            Field(name="friction", bits=8, guarded=True, unit="pulse of Er",
+                  doc="Velocity command that friction takes."))),
         ("step_time", "Shape of step pulses.", (
             Field(name="width", bits=8, init=2, doc="Pulse width.", unit="clock"),
             Field(name="space", bits=8, init=2, doc="Shortest space.", unit="clock"),
@@ -412,9 +416,13 @@ def _axis(index: int, letter: str) -> Block:
          _value(32, "Position.", signed=True, unit="pulse", guarded=True)),
         ("high", "Upper soft limit.",
          _value(32, "Position.", signed=True, unit="pulse", guarded=True)),
-        ("gain", "Velocity gain of the position loop, for the supervision of the coder; see "
-         "``rtl.motion.supervision``.",
-         _value(14, "Gain.", unit="2**-20 pulse/tick per pulse", guarded=True)),
+        ("model", "What the axis knows of its drive.", (
+            Field(name="gain", bits=14, unit="2**-20 pulse/tick per pulse", guarded=True,
+                  doc="Velocity gain of the position loop, for the supervision of the coder; see "
+                      "``rtl.motion.supervision``."),
+            Field(name="lag", bits=13, init=512, unit="2**-16", guarded=True,
+                  doc="Part of its lag that it makes up in a tick; see ``rtl.motion.drive_lag``."),
+            )),
         ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
          "count of steps anew; see ``rtl.motion.gear``.", (
             Field(name="steps", bits=16, init=1, guarded=True, doc="n.", unit="step"),

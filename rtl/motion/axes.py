@@ -46,6 +46,8 @@ class Axes(wiring.Component):
         Velocity feed-forward; see ``rtl.motion.feed_forward``.
     ahead : In(1)
         It is in force.
+    resting : In(1)
+        No path pulses are commanded.
     left_low, left_high : In(axes)
         Limit switches that the axis is leaving: no pulses further onto them.
     enc_a, enc_b : In(axes)
@@ -72,10 +74,12 @@ class Axes(wiring.Component):
     FAULTS = ("error_saturated", "encoder", "following_stopped", "following_moving", "coder",
               "travel")
     SETTINGS = ("follow_stopped", "follow_moving", "window", "mode_step", "mode_reverse",
-                "mode_swap", "step_time_width", "step_time_space", "step_time_setup", "gain",
-                "gear_steps", "gear_surplus", "gear_strobe", "backlash_size", "backlash_strobe")
-    GUARDED = ("low", "high", "follow_stopped", "follow_moving", "gain", "mode_step",
-               "mode_reverse", "mode_swap", "gear_steps", "gear_surplus", "backlash_size")
+                "mode_swap", "mode_offset", "mode_friction", "step_time_width", "step_time_space",
+                "step_time_setup", "model_gain", "model_lag", "gear_steps", "gear_surplus",
+                "gear_strobe", "backlash_size", "backlash_strobe")
+    GUARDED = ("low", "high", "follow_stopped", "follow_moving", "model_gain", "model_lag",
+               "mode_step", "mode_reverse", "mode_swap", "mode_offset", "mode_friction",
+               "gear_steps", "gear_surplus", "backlash_size")
     REPORTS = ("command", "position", "error", "overshoot", "backlash_taken_up",
                "status_saturated", "status_illegal", "status_check")
 
@@ -96,7 +100,7 @@ class Axes(wiring.Component):
             **{name: In(count) for name in ("pi", "pi_reverse", "downwards", "left_low",
                                             "left_high", "enc_a", "enc_b")},
             "mark": In(1),
-            "forward": In(signed(FORWARD_BITS)).array(count), "ahead": In(1),
+            "forward": In(signed(FORWARD_BITS)).array(count), "ahead": In(1), "resting": In(1),
             **{name: Out(count) for name in ("dac", "dac_negative", "step", "dir", "drive_enable",
                                              *self.FAULTS, "damaged", "damaged_settings")},
             "in_position": Out(1), "onto": Out(1),
@@ -149,6 +153,7 @@ class Axes(wiring.Component):
             axis.adopt.eq(own.adopt_strobe),
             axis.forward.eq(self.forward[index]),
             axis.ahead.eq(self.ahead),
+            axis.resting.eq(self.resting),
             axis.mark.eq(self.mark),
             # The lag tells from which side an axis comes. The segment does not: it may leave this
             # axis at rest, or move it the other way. Only an axis without lag takes the direction

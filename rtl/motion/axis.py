@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from rtl.motion.backlash import BACKLASH_BITS, Backlash
 from rtl.motion.dac import Dac, check_modulator
+from rtl.motion.drive_lag import SHARE_BITS, SHARE_INIT, DriveLag
 from rtl.motion.encoder import Encoder
 from rtl.motion.error_counter import ErrorCounter
 from rtl.motion.feed_forward import FORWARD_BITS
@@ -17,6 +18,7 @@ __all__ = ["Axis"]
 
 FULL_SCALE_BITS = 15
 FULL_SCALE = (1 << FULL_SCALE_BITS) - 1  # of the DAC, in pulses of Er
+OFFSET_BITS, FRICTION_BITS = 12, 8       # of what a drive needs beside its speed
 
 
 class Overshoot(wiring.Component):
@@ -99,20 +101,24 @@ class Axis(wiring.Component):
     encoder are not used. Either way ``Backlash`` stands between, and has its own pulses in FP.
 
     The velocity command is Er in the plain loop. With feed-forward, ``ahead``, it is Er plus
-    ``forward`` less the lag that the drive has anyway: its speed in the supervision's model times
-    4 ms. So the drive moves as if the path's speed were given to it alone, stops at the end of the
-    command and not beyond it, and Er corrects only what the drive does otherwise. The command is
-    limited to +-32767 pulses, in 2**-15 of full scale: the DAC saturates at a quarter of the error
-    counter's range; the alarm comes at the end of that range. ``forward`` is no part of Er.
+    ``forward`` less the way by which the drive is behind anyway (``DriveLag``). So the drive moves
+    as if the path's speed were given to it alone, stops at the end of the command and not beyond
+    it, and Er corrects only what the drive does otherwise. ``forward`` is no part of Er.
+
+    For the DAC, ``offset`` is added, and ``friction`` in the direction in which the model's drive
+    moves: what a real drive needs beside its speed. The model has neither. The command is limited
+    to +-32767 pulses, in 2**-15 of full scale: the DAC saturates at a quarter of the error
+    counter's range; the alarm comes at the end of that range.
 
     The coder is supervised whenever the velocity command is in force, whatever the settings; see
-    ``Supervision``: its model of the drive gets the same sum as the DAC. With ``mode_step`` there
-    is no coder and no supervision.
+    ``Supervision``: its model of the drive gets the velocity command without offset and friction.
+    With ``mode_step`` there is no coder and no supervision.
 
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
-    errors. From ``forward`` to ``dac`` it takes 3. ``safe`` takes ``dac`` and ``step`` low in 1
-    clock. From an edge of the encoder to ``fp``: ``Encoder``, 3.
+    errors. From ``forward`` to ``dac`` it takes 3, from ``offset`` and ``friction`` 4. ``safe``
+    takes ``dac`` and ``step`` low in 1 clock. From an edge of the encoder to ``fp``: ``Encoder``,
+    3.
 
     ``adopt`` works only while ``safe``: it also clears ``status_illegal`` and ``status_check``. It
     does not touch the mark of the overshoot, which is a position, nor gear and backlash. Without
@@ -166,6 +172,12 @@ class Axis(wiring.Component):
         The encoder counts the other way.
     mode_swap : In(1)
         The drive turns the other way: ``dir`` and ``dac_negative`` are inverted.
+    mode_offset : In(signed(12))
+        Velocity command at which the axis stands still, in pulses of Er.
+    mode_friction : In(8)
+        Velocity command that friction takes, in pulses of Er.
+    resting : In(1)
+        No path pulses are commanded; see ``Supervision``.
     gear_steps, gear_surplus : In(16), gear_strobe : In(1)
         n and m - n of the ``Gear``; the strobe begins to count with them.
     backlash_size : In(13), backlash_strobe : In(1)
@@ -176,8 +188,10 @@ class Axis(wiring.Component):
         In clocks.
     step_time_setup : In(8)
         In clocks.
-    tick : In(1), gain : In(14)
+    tick : In(1), model_gain : In(14)
         See ``Supervision``; ``Backlash`` makes a pulse a tick.
+    model_lag : In(13)
+        ``share`` of the ``DriveLag``.
     command : Out(signed(travel))
         Sum of Pi, in pulses.
     position : Out(signed(travel))
@@ -251,6 +265,9 @@ class Axis(wiring.Component):
             "mode_step":         In(1),
             "mode_reverse":      In(1),
             "mode_swap":         In(1),
+            "mode_offset":       In(signed(OFFSET_BITS)),
+            "mode_friction":     In(FRICTION_BITS),
+            "resting":           In(1),
             "gear_steps":        In(GEAR_BITS, init=1),
             "gear_surplus":         In(GEAR_BITS),
             "gear_strobe":       In(1),
@@ -260,7 +277,8 @@ class Axis(wiring.Component):
             "step_time_space":   In(8),
             "step_time_setup":   In(8),
             "tick":              In(1),
-            "gain":              In(GAIN_BITS),
+            "model_gain":        In(GAIN_BITS),
+            "model_lag":         In(SHARE_BITS, init=SHARE_INIT),
             "command":           Out(signed(travel)),
             "position":          Out(signed(travel)),
             "error":             Out(signed(32)),
@@ -291,6 +309,7 @@ class Axis(wiring.Component):
         m.submodules.backlash = backlash = Backlash()
         m.submodules.overshoot = overshoot = Overshoot(width=self.error_bits, travel=self.travel)
         m.submodules.supervision = supervision = self.supervision
+        m.submodules.drive_lag = drive_lag = DriveLag()
 
         adopt = Signal()
         moved, moved_reverse = Signal(), Signal()   # pulse of the drive
@@ -350,22 +369,23 @@ class Axis(wiring.Component):
                     + counter.error[-1]),
             negative.eq(counter.error[-1]),
         ]
-        # The velocity command: Er and the feed-forward, less the lag that the drive has anyway.
-        led = Signal(signed(len(supervision.lag) + 1))
-        total = Signal(signed(self.error_bits + 2))
-        told = Signal(self.error_bits + 1)
-        backwards = Signal()
-        m.d.sync += led.eq(self.forward - Mux(self.ahead, supervision.lag, 0))
-        m.d.comb += total.eq(counter.error + led)
+        # The velocity command: Er and the feed-forward, less the lag that the drive has anyway. The
+        # DAC's has what the drive needs besides.
+        lag = Mux(self.ahead, drive_lag.lag, 0)
+        beside = Signal(signed(OFFSET_BITS + 1))    # offset and friction
+        less = Signal(signed(len(drive_lag.lag) + 1))
         m.d.sync += [
-            told.eq((total ^ total[-1].replicate(len(total))) + total[-1]),
-            backwards.eq(total[-1]),
+            beside.eq(self.mode_offset + Mux(supervision.up, self.mode_friction,
+                                             Mux(supervision.down, -self.mode_friction, 0))),
+            less.eq(beside - lag),
         ]
+        told, backwards = self._command(m, counter.error, self.forward - lag, "told")
+        sent, reverse = self._command(m, counter.error, self.forward + less, "sent")
         m.d.comb += [
             self.in_position.eq((size <= self.window) & backlash.done),
 
-            dac.magnitude.eq(Mux(told[FULL_SCALE_BITS:].any(), FULL_SCALE, told)),
-            dac.reverse.eq(backwards ^ self.mode_swap),
+            dac.magnitude.eq(sent),
+            dac.reverse.eq(reverse ^ self.mode_swap),
             dac.safe.eq(self.safe | self.mode_step),
             self.dac.eq(dac.pulse),
             self.dac_negative.eq(dac.negative),
@@ -379,10 +399,11 @@ class Axis(wiring.Component):
             self.overshoot.eq(overshoot.furthest),
 
             supervision.tick.eq(self.tick),
-            supervision.gain.eq(self.gain),
-            supervision.size.eq(dac.magnitude),
+            supervision.gain.eq(self.model_gain),
+            supervision.size.eq(told),
             supervision.negative.eq(backwards),
             supervision.standing.eq(self.in_position),
+            supervision.resting.eq(self.resting),
             supervision.fp.eq(moved),
             supervision.fp_reverse.eq(moved_reverse),
             supervision.a.eq(encoder.a_level),
@@ -390,6 +411,11 @@ class Axis(wiring.Component):
             supervision.on.eq(~self.safe & ~self.mode_step),
             supervision.clear.eq(adopt),
             self.status_check.eq(supervision.check),
+
+            drive_lag.tick.eq(self.tick),
+            drive_lag.share.eq(self.model_lag),
+            drive_lag.tell.eq(supervision.tell),
+            drive_lag.told.eq(supervision.told),
         ]
 
         # This counts down through 0 and stops at -1, so that its sign alone tells the end.
@@ -407,3 +433,17 @@ class Axis(wiring.Component):
         ]
 
         return m
+
+    def _command(self, m, error, more, name):
+        """Magnitude, at most full scale, and sign of Er and ``more``, which gets a register."""
+        added = Signal(more.shape(), name=f"{name}_added")
+        total = Signal(signed(self.error_bits + 2), name=f"{name}_total")
+        size = Signal(self.error_bits + 1, name=name)
+        negative = Signal(name=f"{name}_negative")
+        m.d.comb += total.eq(error + added)
+        m.d.sync += [
+            added.eq(more),
+            size.eq((total ^ total[-1].replicate(len(total))) + total[-1]),
+            negative.eq(total[-1]),
+        ]
+        return Mux(size[FULL_SCALE_BITS:].any(), FULL_SCALE, size), negative

@@ -82,6 +82,8 @@ class Motion(wiring.Component):
         Velocity feed-forward of the axes.
     ahead : Out(1)
         It is in force.
+    resting : Out(1)
+        No path pulses are commanded.
     mark : Out(1)
         A retraction has ended: the axes note their overshoot from here.
     entered : Out(1)
@@ -118,7 +120,7 @@ class Motion(wiring.Component):
                                         "in_position")},
             "cycle": In(32),
             "pi": Out(axes), "pi_reverse": Out(axes), "downwards": Out(axes),
-            "forward": Out(signed(FORWARD_BITS)).array(axes), "ahead": Out(1),
+            "forward": Out(signed(FORWARD_BITS)).array(axes), "ahead": Out(1), "resting": Out(1),
             "mark": Out(1), "entered": Out(1), "event": Out(Happened),
             **{f"damaged_{what}": Out(1)
                for what in ("word", "segment", "place", "pulses", "rate")},
@@ -200,6 +202,7 @@ class Motion(wiring.Component):
             ahead.across.eq(self.distributor.across),
             *(mine.eq(its) for mine, its in zip(self.forward, ahead.speed, strict=True)),
             self.ahead.eq(ahead.ahead),
+            self.resting.eq(rate == 0),
         ]
         for its, mine in zip(path.travel, ahead.travel, strict=True):
             wiring.connect(m, its, mine)

@@ -41,7 +41,8 @@ class Supervision(wiring.Component):
     The drive is commanded a speed of ``gain`` times ``size``: Er with the feed-forward, as at the
     DAC. In every tick the model's speed approaches that command by 1/128 of the difference: a lag
     of 4 ms, as filter, current loop and speed loop have. While ``standing`` the commanded speed
-    counts as 0 unless ``size`` is above 15, since a real drive has an offset.
+    counts as 0 unless ``size`` is above 15, since a real drive has an offset; while the path rests
+    too, unless it is above 63, since a drive with friction stands still at such a command.
 
     ``check`` is raised, and stays until ``clear``, when one of these fails:
 
@@ -90,6 +91,8 @@ class Supervision(wiring.Component):
         Magnitude and sign of the velocity command, as at the DAC.
     standing : In(1)
         The axis is in position.
+    resting : In(1)
+        No path pulses are commanded.
     fp, fp_reverse : In(1)
         Feedback pulse and its direction.
     a, b : In(1)
@@ -100,9 +103,14 @@ class Supervision(wiring.Component):
         Clear the finding.
     check : Out(Check)
         The finding.
-    lag : Out(signed(17))
-        How far the model's drive is behind a command at its present speed: the way of its lag, in
-        pulses, rounded down, and one more below 0. Changes 20 clocks after ``tick``.
+    told : Out(signed(22))
+        Speed commanded, 2**-12 pulse/tick, and one less below 0; while ``on`` is low, that of the
+        feedback pulses. For ``tell``, which is high in one clock of each tick, 17 after it.
+    tell : Out(1)
+    up, down : Out(1)
+        Direction in which the model's drive will move in 1 ms, at its present acceleration: so
+        long filter and current loop take. Both are low at rest. They change 20 clocks after
+        ``tick``.
 
     Raises
     ------
@@ -114,6 +122,7 @@ class Supervision(wiring.Component):
     PACE, CAME = 21, 10          # bits of a speed (a product of those two), and of a tick's pulses
     LAG, MEMORY = 7, 9           # shifts of the model's lag and of the misfit's decay
     LEAST, BEGUN = 7, 4          # log2 of the least pulses of a stretch, and when its time begins
+    STILL = 6                    # log2 of the command at which a drive may stand still at rest
     LONGEST = 13                 # log2 of the pulses after which a stretch ends at any time
     SHARE = 3                    # shift for the bounds of a share, 1/8 and 8 times
     LIVELY = 6                   # log2 of the pulses commanded without an edge
@@ -144,6 +153,7 @@ class Supervision(wiring.Component):
             "size":       In(self.SIZE),
             "negative":   In(1),
             "standing":   In(1),
+            "resting":    In(1),
             "fp":         In(1),
             "fp_reverse": In(1),
             "a":          In(1),
@@ -151,7 +161,10 @@ class Supervision(wiring.Component):
             "on":         In(1),
             "clear":      In(1),
             "check":      Out(Check),
-            "lag":        Out(signed(self.PACE + 1 - self.FRACTION + self.LAG)),
+            "told":       Out(signed(self.PACE + 1)),
+            "tell":       Out(1),
+            "up":         Out(1),
+            "down":       Out(1),
         })
 
     def elaborate(self, platform):
@@ -171,13 +184,13 @@ class Supervision(wiring.Component):
             m.d.sync += valid.eq(1)
 
         came = self._came(m)
-        speed = self._model(m, at, valid, came)
+        speed, change = self._model(m, at, valid, came)
+        # A quarter of what the lag leaves open is 1 ms of the acceleration.
+        soon = ((speed << 2) + change) >> 2
+        down, pace = speed[-1], _size(speed)
         with m.If(at["take"]):
-            # The same in both directions: a lag of -1 at the slowest speeds would hold an axis that
-            # is a pulse above its command there.
-            m.d.sync += self.lag.eq((speed >> (self.FRACTION - self.LAG)) + speed[-1])
-        down = speed[-1]
-        pace = _size(speed)
+            m.d.sync += [self.up.eq(~soon[-1] & soon.any()),
+                         self.down.eq(soon[-1] & ~soon.all())]
         over = self._misfit(m, at, valid, speed, pace, came)
         fails, against, lively, silent, missing = self._stretch(m, at, valid, pace, down, came)
         rated = self._rate(m, valid)
@@ -220,12 +233,13 @@ class Supervision(wiring.Component):
         return came
 
     def _model(self, m, at, valid, came):
-        """Speed of the model, signed, 2**-12 pulse/tick."""
+        """Speed of the model, signed, 2**-12 pulse/tick, and what it lacks of that commanded."""
         # Er times the gain, from the top bit of Er on.
         factor = Signal(self.SIZE)
         told = Signal(self.SIZE + self.GAIN)
         negative = Signal()
-        small = self.standing & ~self.size[self.BEGUN:].any()
+        small = self.standing & Mux(self.resting, ~self.size[self.STILL:].any(),
+                                    ~self.size[self.BEGUN:].any())
         with m.If(self.tick):
             m.d.sync += [factor.eq(Mux(small, 0, self.size)), told.eq(0),
                          negative.eq(self.negative)]
@@ -242,10 +256,17 @@ class Supervision(wiring.Component):
             speed.eq(total >> self.LAG),
             change.eq(Mux(at["leak"], speed, Mux(valid, told[self.FINER:], came << self.FRACTION))),
         ]
+        minus = at["leak"] | (valid & negative)
         with m.If(at["leak"] | at["tell"]):
-            minus = at["leak"] | (valid & negative)
             m.d.sync += total.eq(sum_or_difference(total, change, minus))
-        return speed
+        m.d.comb += [
+            self.told.eq(change.as_unsigned() ^ minus.replicate(len(change))),
+            self.tell.eq(at["tell"]),
+        ]
+        lacks = Signal(signed(len(speed) + 1))
+        with m.If(at["tell"]):
+            m.d.sync += lacks.eq(self.told - speed)
+        return speed, lacks
 
     def _misfit(self, m, at, valid, speed, pace, came):
         """Whether the misfit is more than allowed."""

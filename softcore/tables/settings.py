@@ -23,6 +23,9 @@ FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmwar
 PULSES_PER_MM = 10_000          # of the path
 LARGEST_GEAR = 1 << 16
 LARGEST_BACKLASH = (1 << 13) - 1    # pulses
+LARGEST_OFFSET = (1 << 11) - 1      # steps of the DAC
+LARGEST_FRICTION = (1 << 8) - 1
+DAC_STEPS = "steps of the DAC"
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
 # Groups of settings, with their headings on the page. When a setting changes, the firmware applies
@@ -356,7 +359,7 @@ SETTINGS: tuple[Setting, ...] = (
     _set(541, "drive_lag_us", "lag of the slowest drive, with its dead time", "us",
          (4096, 500, 20_000), "loop", "How late a drive follows its velocity command. Speeds at "
          "corners and on arcs follow from it while `${feed_forward}` is in force. `gapkeeper tune` "
-         "measures it. The gateware's own model of the drives has 4096."),
+         "measures it; `${model_lag_x_us}` to `${model_lag_z_us}` are those of the feed-forward."),
     *(_set(number, f"step_{name}_{axis}_ns", f"{title}, {axis.upper()} (0 that of all)", "ns",
            (0, 0, 100_000), "axes", f"As `${{step_{name}_ns}}`, for an amplifier that differs from "
            "the others. 0: that of all axes.")
@@ -365,6 +368,28 @@ SETTINGS: tuple[Setting, ...] = (
                                                    ("space", "step pulse space"),
                                                    ("setup", "direction before step"))
            for axis in "xyz"), start=542)),
+    *(_set(number, f"drive_offset_{axis}", f"offset of {axis.upper()}'s drive, made up for",
+           DAC_STEPS, (0, 0, LARGEST_OFFSET), "axes",
+           "Velocity command at which the axis stands still: it is added to that of the position "
+           "loop. Its sign is in `${drive_offset_down}`. The DAC has 32768 steps to full scale; "
+           "`${loop_gain}` times one path pulse is the speed of one. `gapkeeper tune` measures it.")
+      for number, axis in enumerate("xyz", start=551)),
+    _set(554, "drive_offset_down", "axes whose drive creeps up, mask", "", (0, 0, 7), "axes",
+         "Axes whose offset (`${drive_offset_x}` to `${drive_offset_z}`) is taken from the "
+         "velocity command, not added to it: the sum of 1 for X, 2 for Y, 4 for Z."),
+    *(_set(number, f"drive_friction_{axis}", f"friction of {axis.upper()}'s drive, made up for",
+           DAC_STEPS, (0, 0, LARGEST_FRICTION), "axes",
+           "Velocity command that friction takes: it is added in the direction of motion. For "
+           "drives whose speed falls short by friction; an amplifier with an integral part needs "
+           "none. More than the friction there is makes the axis restless. `gapkeeper tune` "
+           "measures it.")
+      for number, axis in enumerate("xyz", start=555)),
+    *(_set(number, f"model_lag_{axis}_us", f"lag of {axis.upper()}'s drive, for the feed-forward",
+           "us", (4096, 500, 8000), "loop",
+           "The way by which the drive is behind its command anyway is no error to be made up for: "
+           "`${feed_forward}` leaves it out, reckoned with this lag. A little less than the true "
+           "lag follows arcs best. `gapkeeper tune` proposes it.")
+      for number, axis in enumerate("xyz", start=558)),
 )
 
 

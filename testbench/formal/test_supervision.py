@@ -19,7 +19,7 @@ class Small(Supervision):
 
     SIZE, GAIN, PACE, CAME = 2, 2, 4, 5
     LAG, MEMORY = 1, 2
-    LEAST, BEGUN, LONGEST, SHARE, LIVELY = 3, 1, 4, 2, 2
+    LEAST, BEGUN, LONGEST, SHARE, LIVELY, STILL = 3, 1, 4, 2, 2, 2
     FRACTION, COARSE, FINER = 2, 2, 0
     STEPS = SIZE + 6
 
@@ -41,6 +41,7 @@ class Agreement(wiring.Component):
     size: In(Small.SIZE)
     negative: In(1)
     standing: In(1)
+    resting: In(1)
     fp: In(1)
     fp_reverse: In(1)
     a: In(1)

@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 
 from testbench.models.backlash import Backlash
 from testbench.models.dac import Dac
+from testbench.models.drive_lag import DriveLag
 from testbench.models.encoder import Encoder
 from testbench.models.error_counter import ErrorCounter
 from testbench.models.gear import Gear
-from testbench.models.supervision import Supervision
+from testbench.models.supervision import TOLD, Supervision
 
 FULL_SCALE = 32767
 
@@ -45,6 +46,7 @@ class Axis:
     backlash: Backlash = field(default_factory=Backlash)
     overshoot: Overshoot = field(default_factory=Overshoot)
     supervision: Supervision = field(default_factory=Supervision)
+    drive_lag: DriveLag = field(default_factory=DriveLag)
     pulse: int = 0  # of the encoder, not yet with the reversal
     quiet: int | None = None  # clocks since the last Pi
     following_stopped: bool = False
@@ -52,6 +54,12 @@ class Axis:
     seen: int = 0  # Er, one clock old
     led: int = 0   # feed-forward, one clock old, less the lag of the drive
     told: int = 0  # both together, one clock old
+    beside: int = 0  # offset and friction
+    less: int = 0  # they and the lag, one clock older
+    lead: int = 0  # the feed-forward with those
+    sent: int = 0  # to the DAC
+    lag: int = 0   # of the drive, one clock old
+    share: int = 0  # read at the last tick
 
     @property
     def resting(self) -> bool:
@@ -74,7 +82,7 @@ class Axis:
     def tick(self, *, pi=0, forward=0, ahead=False, a=0, b=0, safe=False, adopt=False, mark=None,
              follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
              mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1, backlash=0,
-             gear=None, swap=False) -> None:
+             gear=None, swap=False, offset=0, friction=0, resting=False, share=512) -> None:
         """Go on by one clock.
 
         ``mark`` is None, or whether the travel at the mark was down. ``gear`` is None, or n and m
@@ -83,19 +91,24 @@ class Axis:
         moved = self.moved(mode_step=mode_step, mode_reverse=mode_reverse)
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
         adopt = adopt and safe
-        lag = self.supervision.lag if ahead else 0
+        lag = self.lag if ahead else 0
+        self.lag = self.drive_lag.lag
+        beside = offset + friction * self.supervision.direction
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
-            standing=self.in_position(window, backlash), fp=moved,
+            standing=self.in_position(window, backlash), resting=resting, fp=moved,
             a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
             clear=adopt)
+        self.share = share if tick else self.share
+        if self.supervision.since == TOLD + 1:      # it was TOLD in this clock
+            self.drive_lag.go(self.supervision.latest, self.share)
 
         far = abs(self.seen) > (follow_stopped if self.resting else follow_moving)
         self.following_stopped = far and self.resting
         self.following_moving = far and not self.resting
         self.quiet = 0 if pi else None if self.quiet is None else self.quiet + 1
 
-        velocity = max(-FULL_SCALE, min(FULL_SCALE, self.told))
+        velocity = max(-FULL_SCALE, min(FULL_SCALE, self.sent))
         self.dac.tick(-velocity if swap else velocity, safe or mode_step)
         width, space, setup = times
         self.gear.tick(self.counter.error, width=width, space=space, setup=setup,
@@ -107,6 +120,8 @@ class Axis:
 
         self.seen = self.counter.error
         self.told, self.led = self.seen + self.led, forward - lag
+        self.sent, self.lead = self.seen + self.lead, forward + self.less
+        self.less, self.beside = self.beside - lag, beside
         self.counter.tick(pi, fp, adopt)
         if mark is not None:
             self.overshoot.set(self.counter.commanded, mark)

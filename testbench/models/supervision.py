@@ -50,7 +50,9 @@ class Supervision:
     fastest: int = 2458
     check: str = "none"
     total: int = 0       # speed times 128
-    lag: int = 0         # way of the drive's lag at that speed, pulses
+    lacks: int = 0       # speed commanded less that, when it was commanded; one less below 0
+    latest: int = 0      # the speed commanded, as used last; one less below 0
+    direction: int = 0   # of the speed in 1 ms, for the friction that is made up for
     misfit: int = 0
     memory: int = 0
     down: bool = False
@@ -63,6 +65,7 @@ class Supervision:
     coming: int = 0      # pulses of the tick under way
     came: int = 0
     told: int = 0
+    told_down: bool = False
     valid: bool = False
     since: int = 99      # clocks since the tick
     ticks: int = 0
@@ -72,8 +75,8 @@ class Supervision:
     def speed(self) -> int:
         return self.total // 128
 
-    def clock(self, *, tick=False, gain=0, er=0, standing=False, fp=0, a=0, b=0, on=True,
-              clear=False) -> None:
+    def clock(self, *, tick=False, gain=0, er=0, standing=False, resting=False, fp=0, a=0, b=0,
+              on=True, clear=False) -> None:
         """Go on by one clock."""
         edges = {name for name, level, before in zip("ab", (a, b), self.levels, strict=True)
                  if level != before}
@@ -91,8 +94,9 @@ class Supervision:
             self.since = 1
             self.came, self.coming = self.coming, fp
             size = min(abs(er), DAC)
-            size = 0 if standing and size < 16 else size
+            size = 0 if standing and size < (64 if resting else 16) else size
             self.told = (gain * size // 256) * (-1 if er < 0 else 1)
+            self.told_down = er < 0
         else:
             self.coming = max(-511, min(511, self.coming + fp))
         self.valid = not idle and (self.valid or tick)
@@ -137,7 +141,10 @@ class Supervision:
         self.fresh |= edges
         if self.since == TOLD:
             told = self.told if self.valid else self.came << 12
-            self.total += told - self.speed
+            self.total -= self.speed
+            self.latest = told - (self.valid and self.told_down)
+            self.lacks = self.latest - self.speed
+            self.total += told
         if not self.valid:
             self.misfit = self.memory = 0
             self.stretch = Stretch()
@@ -146,7 +153,8 @@ class Supervision:
         if self.since == WAY:
             self._go()
         if self.since == AGED:
-            self.lag = self.speed // 32 + (self.speed < 0)
+            soon = self.speed + self.lacks // 4
+            self.direction = (soon > 0) - (soon < -1)
         if self.since == AGED and self.valid:
             if self.stretch.pulses >= 16:
                 self.stretch.ticks = min(512, self.stretch.ticks + 1)

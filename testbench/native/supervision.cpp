@@ -7,7 +7,7 @@
 
 extern "C" {
 
-// `inputs` has a row of eleven numbers a clock, in the order taken here. `outputs` gets what has
+// `inputs` has a row of twelve numbers a clock, in the order taken here. `outputs` gets what has
 // been found, before the edge of the clock.
 void supervision_run(uint64_t clocks, const int32_t* inputs, uint8_t* outputs) {
     VerilatedContext context;
@@ -18,18 +18,19 @@ void supervision_run(uint64_t clocks, const int32_t* inputs, uint8_t* outputs) {
     top.clk = 1;
     top.eval();
     top.rst = 0;
-    for (uint64_t n = 0; n < clocks; ++n, inputs += 11) {
+    for (uint64_t n = 0; n < clocks; ++n, inputs += 12) {
         top.tick = inputs[0];
         top.gain = inputs[1];
         top.size = inputs[2];
         top.negative = inputs[3];
         top.standing = inputs[4];
-        top.fp = inputs[5];
-        top.fp_reverse = inputs[6];
-        top.a = inputs[7];
-        top.b = inputs[8];
-        top.on = inputs[9];
-        top.clear = inputs[10];
+        top.resting = inputs[5];
+        top.fp = inputs[6];
+        top.fp_reverse = inputs[7];
+        top.a = inputs[8];
+        top.b = inputs[9];
+        top.on = inputs[10];
+        top.clear = inputs[11];
         top.clk = 0;
         top.eval();
         outputs[n] = static_cast<uint8_t>(top.check);

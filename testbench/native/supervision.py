@@ -13,8 +13,8 @@ from testbench.native.component import component_library
 __all__ = ["INPUTS", "compiled"]
 
 # In the order that ``supervision.cpp`` takes them in.
-INPUTS = ("tick", "gain", "size", "negative", "standing", "fp", "fp_reverse", "a", "b", "on",
-          "clear")
+INPUTS = ("tick", "gain", "size", "negative", "standing", "resting", "fp", "fp_reverse", "a", "b",
+          "on", "clear")
 
 
 @cache

@@ -98,22 +98,31 @@ static void apply_motion(void) {
    and the gateware's model of it, whose lag is T, the loop leaves it as far as one of gain
    K / sqrt(c) does, c = ((1 + K T) / g)**2 - 2 (K L (1 + K T) - (K T)**2) / g - f**2: to the
    inside if c is above 0, else to the outside. The drives may be a tenth slower or faster than set:
-   g is 0.9 or 1.1. For the plain loop c is below 1, and 1 is taken. */
+   g is 0.9 or 1.1. The axis with the greatest c counts. For the plain loop c is below 1, and 1 is
+   taken. */
 static uint64_t gain_on_arcs(uint32_t per_s, uint32_t percent) {
     uint64_t in_force = units_gain(per_s);
     if (!percent)
         return in_force;
+    static const int32_t per_gain[] = {18204, 14895}; /* 1 / g, 2**-14 */
     /* K T and K L in thousandths, so all squares are in millionths. */
-    int64_t model = per_s * DRIVE_LAG_US / 1000, lag = per_s * values[SET_DRIVE_LAG_US] / 1000;
-    int64_t square = (1000 + model) * (1000 + model);
-    int64_t second = 2 * (lag * (1000 + model) - model * model), lead = percent * percent * 100;
-    int64_t most = 0;
-    for (int64_t tenths = 9; tenths <= 11; tenths += 2) {
-        int64_t c = (square * 100 / tenths - second * 10) / tenths - lead;
-        c = c < 0 ? -c : c;
-        most = c > most ? c : most;
+    int64_t lag = per_s * values[SET_DRIVE_LAG_US] / 1000, lead = percent * percent * 100, most = 0;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int64_t model = per_s * values[SET_MODEL_LAG_X_US + axis] / 1000;
+        int64_t square = (1000 + model) * (1000 + model);
+        int64_t second = 2 * (lag * (1000 + model) - model * model);
+        for (unsigned i = 0; i < 2; i++) {
+            int64_t c = (((square * per_gain[i] >> 14) - second) * per_gain[i] >> 14) - lead;
+            c = c < 0 ? -c : c;
+            most = c > most ? c : most;
+        }
     }
     return units_quotient(in_force * 1000, units_root((uint64_t)most));
+}
+
+static void write_model(unsigned axis) {
+    uint32_t us = values[SET_MODEL_LAG_X_US + axis];
+    hal_axis_model(axis, units_gain_of_tick(values[SET_LOOP_GAIN]), ((32u << 16) + us / 2) / us);
 }
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
@@ -126,7 +135,7 @@ static void apply_loop(void) {
     hal_lag_time(lag_clocks);
     deviation = units_fine_of_nm(values[SET_ARC_DEVIATION_NM]);
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
-        hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));
+        write_model(axis);
 }
 
 static uint32_t upper_end_um(unsigned axis) {
@@ -148,8 +157,15 @@ static void write_errors(unsigned axis) {
 }
 
 static void write_mode(unsigned axis) {
-    hal_axis_mode(axis, values[SET_STEP_AXES] >> axis & 1, values[SET_REVERSED_ENCODERS] >> axis & 1,
-                  values[SET_REVERSED_DRIVES] >> axis & 1);
+    int32_t offset = (int32_t)values[SET_DRIVE_OFFSET_X + axis];
+    hal_drive drive = {
+        .step = values[SET_STEP_AXES] >> axis & 1,
+        .reverse = values[SET_REVERSED_ENCODERS] >> axis & 1,
+        .swap = values[SET_REVERSED_DRIVES] >> axis & 1,
+        .offset = values[SET_DRIVE_OFFSET_DOWN] >> axis & 1 ? -offset : offset,
+        .friction = values[SET_DRIVE_FRICTION_X + axis],
+    };
+    hal_axis_mode(axis, &drive);
 }
 
 static bool gear_fits(unsigned axis) {
@@ -204,7 +220,7 @@ void settings_renew(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         hal_axis_limits(axis, limits.low[axis], limits.high[axis]);
         write_errors(axis);
-        hal_axis_gain(axis, units_gain_of_tick(values[SET_LOOP_GAIN]));
+        write_model(axis);
     }
     write_fluid();
 }

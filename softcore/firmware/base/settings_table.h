@@ -109,12 +109,22 @@ typedef enum {
     SET_STEP_SETUP_X_NS,
     SET_STEP_SETUP_Y_NS,
     SET_STEP_SETUP_Z_NS,
+    SET_DRIVE_OFFSET_X,
+    SET_DRIVE_OFFSET_Y,
+    SET_DRIVE_OFFSET_Z,
+    SET_DRIVE_OFFSET_DOWN,
+    SET_DRIVE_FRICTION_X,
+    SET_DRIVE_FRICTION_Y,
+    SET_DRIVE_FRICTION_Z,
+    SET_MODEL_LAG_X_US,
+    SET_MODEL_LAG_Y_US,
+    SET_MODEL_LAG_Z_US,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 550u
+#define SETTINGS_LAST 560u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

@@ -340,13 +340,19 @@ int32_t hal_axis_position(unsigned axis);
 int32_t hal_axis_error(unsigned axis);
 uint32_t hal_axis_overshoot(unsigned axis);
 void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t window);
-void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap);
+typedef struct {
+    bool step, reverse, swap;   /* step output; the coder, and the drive, goes the other way */
+    int32_t offset;             /* velocity command at which the axis stands still, pulses of Er */
+    uint32_t friction;          /* velocity command that friction takes, pulses of Er */
+} hal_drive;
+void hal_axis_mode(unsigned axis, const hal_drive *drive);
 void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses); /* begins to count steps anew */
 void hal_axis_backlash(unsigned axis, uint32_t pulses);     /* the axis counts as having come up */
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup);
 void hal_axis_adopt(unsigned axis);
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high); /* soft limits, pulses */
-void hal_axis_gain(unsigned axis, uint32_t gain);   /* of the loop, 2**-20 pulse/tick per pulse */
+/* Gain of the loop, 2**-20 pulse/tick per pulse, and part of the drive's lag in a tick, 2**-16. */
+void hal_axis_model(unsigned axis, uint32_t gain, uint32_t lag);
 
 hal_check hal_axis_check(unsigned axis);
 bool hal_axis_beyond(unsigned axis, bool high);     /* a pulse beyond a soft limit was refused */

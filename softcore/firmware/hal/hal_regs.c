@@ -451,9 +451,11 @@ void hal_axis_errors(unsigned axis, uint32_t stopped, uint32_t moving, uint32_t 
     AXIS(axis)->window = window;
 }
 
-void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap) {
-    AXIS(axis)->mode = PUT(step, AXIS_MODE_STEP) | PUT(reverse, AXIS_MODE_REVERSE) |
-                       PUT(swap, AXIS_MODE_SWAP);
+void hal_axis_mode(unsigned axis, const hal_drive *drive) {
+    AXIS(axis)->mode = PUT(drive->step, AXIS_MODE_STEP) | PUT(drive->reverse, AXIS_MODE_REVERSE) |
+                       PUT(drive->swap, AXIS_MODE_SWAP) |
+                       PUT((uint32_t)drive->offset, AXIS_MODE_OFFSET) |
+                       PUT(drive->friction, AXIS_MODE_FRICTION);
 }
 
 /* A gear 1:1 is written as such, so that both parts fit 16 bits. */
@@ -478,7 +480,9 @@ void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
     AXIS(axis)->high = counted(axis, high);
 }
 
-void hal_axis_gain(unsigned axis, uint32_t gain) { AXIS(axis)->gain = gain; }
+void hal_axis_model(unsigned axis, uint32_t gain, uint32_t lag) {
+    AXIS(axis)->model = PUT(gain, AXIS_MODEL_GAIN) | PUT(lag, AXIS_MODEL_LAG);
+}
 hal_check hal_axis_check(unsigned axis) {
     return (hal_check)GET(AXIS(axis)->status, AXIS_STATUS_CHECK);
 }

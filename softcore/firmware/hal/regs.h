@@ -619,7 +619,7 @@ typedef volatile struct {
     const uint32_t status; /* Faults. */
     int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
     int32_t high; /* Upper soft limit. [pulse] */
-    uint32_t gain; /* Velocity gain of the position loop, for the supervision of the coder; see ``rtl.motion.supervision``. [2**-20 pulse/tick per pulse] */
+    uint32_t model; /* What the axis knows of its drive. */
     uint32_t gear; /* Electronic gear of the step output: n steps for m pulses. Writing it begins the count of steps anew; see ``rtl.motion.gear``. */
     uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
 } axis_regs;
@@ -636,7 +636,7 @@ _Static_assert(offsetof(axis_regs, adopt) == 0x24, "");
 _Static_assert(offsetof(axis_regs, status) == 0x28, "");
 _Static_assert(offsetof(axis_regs, low) == 0x2c, "");
 _Static_assert(offsetof(axis_regs, high) == 0x30, "");
-_Static_assert(offsetof(axis_regs, gain) == 0x34, "");
+_Static_assert(offsetof(axis_regs, model) == 0x34, "");
 _Static_assert(offsetof(axis_regs, gear) == 0x38, "");
 _Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_FOLLOW_STOPPED_VALUE_SHIFT 0
@@ -651,6 +651,10 @@ _Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_MODE_REVERSE_MASK 0x00000002u
 #define AXIS_MODE_SWAP_SHIFT 2
 #define AXIS_MODE_SWAP_MASK 0x00000004u
+#define AXIS_MODE_OFFSET_SHIFT 3
+#define AXIS_MODE_OFFSET_MASK 0x00007ff8u
+#define AXIS_MODE_FRICTION_SHIFT 15
+#define AXIS_MODE_FRICTION_MASK 0x007f8000u
 #define AXIS_STEP_TIME_WIDTH_SHIFT 0
 #define AXIS_STEP_TIME_WIDTH_MASK 0x000000ffu
 #define AXIS_STEP_TIME_SPACE_SHIFT 8
@@ -669,8 +673,10 @@ _Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_STATUS_BEYOND_LOW_MASK 0x00000020u
 #define AXIS_STATUS_BEYOND_HIGH_SHIFT 6
 #define AXIS_STATUS_BEYOND_HIGH_MASK 0x00000040u
-#define AXIS_GAIN_VALUE_SHIFT 0
-#define AXIS_GAIN_VALUE_MASK 0x00003fffu
+#define AXIS_MODEL_GAIN_SHIFT 0
+#define AXIS_MODEL_GAIN_MASK 0x00003fffu
+#define AXIS_MODEL_LAG_SHIFT 14
+#define AXIS_MODEL_LAG_MASK 0x07ffc000u
 #define AXIS_GEAR_STEPS_SHIFT 0
 #define AXIS_GEAR_STEPS_MASK 0x0000ffffu
 #define AXIS_GEAR_SURPLUS_SHIFT 16

@@ -5,10 +5,11 @@
 #include "pc/host.h"
 
 static int32_t limits[HAL_AXES][2];
-static uint32_t gains[HAL_AXES];
+static uint32_t gains[HAL_AXES], lags[HAL_AXES];
 static uint32_t ramp[5]; /* speed and acceleration, those of the way back, lead */
 static struct {
-    uint32_t mode, steps, pulses, backlash, begun, step_time[3];
+    hal_drive drive;
+    uint32_t steps, pulses, backlash, begun, step_time[3];
 } drives[HAL_AXES];
 static hal_check check_found[HAL_AXES];
 
@@ -17,7 +18,10 @@ void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
     limits[axis][1] = high - host_frame(axis);
 }
 
-void hal_axis_gain(unsigned axis, uint32_t value) { gains[axis] = value; }
+void hal_axis_model(unsigned axis, uint32_t gain, uint32_t lag) {
+    gains[axis] = gain;
+    lags[axis] = lag;
+}
 void hal_ramp(uint32_t start_rate, uint32_t acceleration) {
     ramp[0] = start_rate;
     ramp[1] = acceleration;
@@ -33,7 +37,8 @@ bool hal_axis_beyond(unsigned axis, bool high) {
     return high;
 }
 
-void gk_axis_words(uint32_t axis, int32_t words[3]) {
+void gk_axis_words(uint32_t axis, int32_t words[4]) {
+    words[3] = (int32_t)lags[axis];
     words[0] = limits[axis][0];
     words[1] = limits[axis][1];
     words[2] = (int32_t)gains[axis];
@@ -46,17 +51,18 @@ void gk_ramp_words(uint32_t words[5]) {
 
 void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }
 
-void hal_axis_mode(unsigned axis, bool step, bool reverse, bool swap) {
-    drives[axis].mode = step | (uint32_t)reverse << 1 | (uint32_t)swap << 2;
-}
+void hal_axis_mode(unsigned axis, const hal_drive *drive) { drives[axis].drive = *drive; }
 void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
     drives[axis].steps = steps;
     drives[axis].pulses = pulses;
     drives[axis].begun++;
 }
 void hal_axis_backlash(unsigned axis, uint32_t pulses) { drives[axis].backlash = pulses; }
-void gk_drive_words(uint32_t axis, uint32_t words[5]) {
-    words[0] = drives[axis].mode;
+void gk_drive_words(uint32_t axis, uint32_t words[7]) {
+    const hal_drive *drive = &drives[axis].drive;
+    words[0] = drive->step | (uint32_t)drive->reverse << 1 | (uint32_t)drive->swap << 2;
+    words[5] = (uint32_t)drive->offset;
+    words[6] = drive->friction;
     words[1] = drives[axis].steps;
     words[2] = drives[axis].pulses;
     words[3] = drives[axis].backlash;

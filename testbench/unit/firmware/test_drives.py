@@ -20,7 +20,7 @@ DRIVES = ("gear_steps_x", "gear_pulses_z", "backlash_y", "reversed_drives", "ste
 
 def drive(machine, axis):
     """Mode, steps, pulses and backlash of an axis as the gateware has them."""
-    words = (ctypes.c_uint32 * 5)()
+    words = (ctypes.c_uint32 * 7)()
     machine.library.gk_drive_words("xyz".index(axis), words)
     return tuple(words[:4])
 
@@ -44,6 +44,33 @@ def test_what_is_set_reaches_the_axis(machine):
     assert drive(machine, "z") == (5, 3, LARGEST_GEAR, 0)
 
 
+def test_offset_and_friction_reach_the_axis(machine):
+    def beside(axis):
+        words = (ctypes.c_int32 * 7)()
+        machine.library.gk_drive_words("xyz".index(axis), words)
+        return tuple(words[5:])
+
+    assert [beside(axis) for axis in "xyz"] == [(0, 0)] * 3
+    for name, value in {"drive_offset_x": 17, "drive_offset_y": 2047, "drive_offset_down": 6,
+                        "drive_offset_z": 5, "drive_friction_y": 255}.items():
+        assert machine.line(assign(name, value)) == ["ok"]
+    assert [beside(axis) for axis in "xyz"] == [(17, 0), (-2047, 255), (-5, 0)]
+    assert not lost(machine)
+
+
+@pytest.mark.parametrize(("us", "share"), [(4096, 512), (500, 4194), (8000, 262), (3260, 643)])
+def test_the_lag_of_the_model_reaches_the_axis(machine, us, share):
+    """Parts of 2**16 that a drive of first order makes up in 32 us."""
+    words = (ctypes.c_int32 * 4)()
+    assert machine.line(assign("model_lag_y_us", us)) == ["ok"]
+    assert machine.line(assign("loop_gain", 60)) == ["ok"]
+    found = []
+    for axis in range(3):
+        machine.library.gk_axis_words(axis, words)
+        found.append(words[3])
+    assert found == [512, share, 512]
+
+
 @pytest.mark.parametrize("name", DRIVES)
 def test_a_change_loses_the_position_and_the_same_value_does_not(machine, name):
     default = named(name).default
@@ -60,7 +87,7 @@ def test_a_change_loses_the_position_and_the_same_value_does_not(machine, name):
                                                 ("estop", False)])
 def test_an_unlock_writes_them_again_if_the_position_is_lost(machine, cause, renewed):
     """A bit of one of them may have flipped; writing them begins gear and backlash anew."""
-    words = (ctypes.c_uint32 * 5)()
+    words = (ctypes.c_uint32 * 7)()
     machine.library.gk_drive_words(0, words)
     before = words[4]
     machine.library.gk_trip(CAUSE[cause], 1)
@@ -72,12 +99,12 @@ def test_an_unlock_writes_them_again_if_the_position_is_lost(machine, cause, ren
 
 
 def test_other_settings_of_the_axes_leave_gear_and_position(machine):
-    words = (ctypes.c_uint32 * 5)()
+    words = (ctypes.c_uint32 * 7)()
     machine.library.gk_drive_words(0, words)
     for name in ("window", "step_width_ns", "follow_moving", "highest_speed_x", "loop_gain"):
         assert machine.line(assign(name, 100)) == ["ok"]
     assert machine.line(assign("gear_steps_x", 10_000)) == ["ok"]   # as it was
-    again = (ctypes.c_uint32 * 5)()
+    again = (ctypes.c_uint32 * 7)()
     machine.library.gk_drive_words(0, again)
     assert list(again) == list(words), "the steps are not counted anew"
     assert not lost(machine)

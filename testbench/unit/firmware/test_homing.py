@@ -61,7 +61,7 @@ def home(machine, **options):
 
 def limits(machine, axis):
     """Soft limits as written to the gateware, in its counts."""
-    words = (ctypes.c_int32 * 3)()
+    words = (ctypes.c_int32 * 4)()
     machine.library.gk_axis_words(axis, words)
     return words[0], words[1]
 

@@ -18,9 +18,9 @@ X, Y, Z = 1, 2, 4
 
 def words(machine, axis):
     """Soft limits and gain of an axis, as written to the gateware."""
-    row = (ctypes.c_int32 * 3)()
+    row = (ctypes.c_int32 * 4)()
     machine.library.gk_axis_words(axis, row)
-    return tuple(row)
+    return tuple(row[:3])
 
 
 def alarm(machine, cause, axes=0):

@@ -29,7 +29,8 @@ class Bench:
     async def clock(self, ctx, *, pi=0, forward=0, ahead=False, move=0, safe=False, adopt=False,
                     mark=None, stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
                     times=(2, 2, 2), window=1, tick=False, gain=0,
-                    backlash=0, gear=None, swap=False):
+                    backlash=0, gear=None, swap=False, offset=0, friction=0, resting=False,
+                    share=512):
         """Go on by one clock and compare every output."""
         dut, axis = self.dut, self.axis
         self.place += move
@@ -42,9 +43,11 @@ class Bench:
                 (dut.follow_moving, moving), (dut.mode_step, mode_step),
                 (dut.mode_reverse, mode_reverse), (dut.step_time_width, times[0]),
                 (dut.step_time_space, times[1]), (dut.step_time_setup, times[2]),
-                (dut.window, window), (dut.tick, tick), (dut.gain, gain),
+                (dut.window, window), (dut.tick, tick), (dut.model_gain, gain),
                 (dut.backlash_size, backlash), (dut.backlash_strobe, gear is not None),
-                (dut.gear_strobe, gear is not None), (dut.mode_swap, swap)):
+                (dut.gear_strobe, gear is not None), (dut.mode_swap, swap),
+                (dut.mode_offset, offset), (dut.mode_friction, friction), (dut.resting, resting),
+                (dut.model_lag, share)):
             ctx.set(signal, value)
         if gear:
             ctx.set(dut.gear_steps, gear[0])
@@ -57,7 +60,8 @@ class Bench:
         axis.tick(pi=pi, forward=forward, ahead=ahead, a=a, b=b, safe=safe, adopt=adopt, mark=mark,
                   follow_stopped=stopped, follow_moving=moving, mode_step=mode_step,
                   mode_reverse=mode_reverse, times=times, window=window, tick=tick, gain=gain,
-                  backlash=backlash, gear=gear, swap=swap)
+                  backlash=backlash, gear=gear, swap=swap, offset=offset, friction=friction,
+                  resting=resting, share=share)
         await ctx.tick()
 
         counter = axis.counter
@@ -90,8 +94,13 @@ def test_follows_the_model(simulate, rng, dac, mode):
 
     async def run(ctx):
         limits = dict(stopped=20, moving=40)
-        forward = 0
+        forward = offset = friction = 0
+        share = 512
         for clock in range(2500):
+            if rng.random() < 0.01:
+                offset = rng.choice((0, rng.randint(-2048, 2047)))
+                friction = rng.choice((0, rng.randrange(256)))
+                share = rng.randint(256, 4000)
             if rng.random() < 0.05:
                 forward = rng.choice((0, 0, 1, -1, -15, 40, rng.randint(-32767, 32767)))
             lean = (-1, 0, 1, 0)[clock // 200 % 4]
@@ -102,6 +111,7 @@ def test_follows_the_model(simulate, rng, dac, mode):
                 times=(rng.randrange(4), rng.randrange(4), 3),
                 pi=rng.choice((-1, 1, lean, lean)) if busy and rng.random() < 0.4 else 0,
                 move=rng.choice((-1, 1, lean, 2)) if clock % 4 == 0 and rng.random() < 0.6 else 0,
+                offset=offset, friction=friction, share=share, resting=rng.random() < 0.5,
                 safe=rng.random() < (0.05 if clock % 1000 < 400 else 0.001),
                 adopt=rng.random() < 0.05, mark=rng.choice((None,) * 20 + (False, True)),
                 tick=clock % 24 == 0, gain=16_000,
