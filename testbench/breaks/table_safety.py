@@ -251,8 +251,11 @@ SAFETY = (
     *breaks_of(
         "rtl/motion/axes.py",
         "unit/softcore/test_registers.py::test_every_guarded_setting_of_an_axis_is_looked_at",
-        ('"gain", "mode_step",', '"gain",', "the choice of an axis's output is guarded"),
-        ('"mode_reverse", "mode_swap", "gear', '"mode_reverse", "gear', "so is its direction"),
+        ('               "mode_step", "mode_reverse",', '               "mode_reverse",',
+         "the choice of an axis's output is guarded"),
+        ('"mode_reverse", "mode_swap", "mode_off', '"mode_reverse", "mode_off',
+         "so is its direction"),
+        ('"mode_friction",\n               "gear', '\n               "gear', "so is its friction"),
         ('"gear_surplus", "backlash_size")', '"backlash_size")', "so is its gear"),
         ('"gear_surplus", "backlash_size")', '"gear_surplus")', "so is its backlash"),
     ),

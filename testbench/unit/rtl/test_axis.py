@@ -122,6 +122,32 @@ def test_follows_the_model(simulate, rng, dac, mode):
     assert (len(found) > 1) != ("mode_step" in mode)
 
 
+def test_friction_is_made_up_for_in_motion_only(simulate):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+    options = dict(friction=200, gain=200, window=15)
+
+    async def run(ctx):
+        async def goes(ticks, **more):
+            """Clocks with a pulse of the DAC, of the last tick."""
+            for _ in range(ticks):
+                high = 0
+                for clock in range(24):
+                    await bench.clock(ctx, tick=clock == 0, **options, **more)
+                    high += ctx.get(dut.dac)
+            return high
+
+        assert await goes(20) == 0
+        assert await goes(20, forward=8000) > 3
+        assert not ctx.get(dut.dac_negative)
+        assert await goes(20, forward=-8000) > 3
+        assert ctx.get(dut.dac_negative)
+        await goes(1100)        # the model's drive comes to rest
+        assert await goes(1) == 0
+
+    simulate(dut, run, deadline=0.1)
+
+
 def test_output_is_limited_below_the_counter(simulate):
     dut, axis = Axis(rest_clocks=5), model.Axis(rest_clocks=5)
     bench = Bench(dut, axis)
