@@ -8,14 +8,8 @@ from host.errors import UserError
 from host.link.link import Link
 from host.tune.command import drawn, moves_of, told_of
 from host.tune.drive import Sample
-from host.tune.tune import (
-    Proposal,
-    corners_unbound,
-    explained,
-    proposal,
-    sampled,
-    settings_of,
-)
+from host.tune.motions import measuring, sampled, settings_of
+from host.tune.tune import Proposal, explained, proposal
 from softcore.tables.settings import named
 
 __all__ = ["Tuning"]
@@ -55,7 +49,7 @@ class Tuning:
         tended = _Tended(link, tend)
         try:
             settings = settings_of(tended)
-            with corners_unbound(link, settings):
+            with measuring(link, settings):
                 samples = {axis: sampled(tended, settings, axis, way, self.travel_mm,
                                          time_s=link.pipe.time_s)
                            for axis, way in self._moves.items()}

@@ -3,7 +3,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,16 +17,8 @@ from host.run.controller import Controller
 from host.run.figures import ERROR, FAINT, PATH, svg
 from host.touch.command import ways_of
 from host.tune.drive import response
-from host.tune.tune import (
-    Measured,
-    Proposal,
-    corners_unbound,
-    loop_of,
-    measured,
-    proposal,
-    settings_of,
-    speed_of,
-)
+from host.tune.motions import SLOW, measuring, settings_of, speed_of
+from host.tune.tune import Measured, Proposal, loop_of, measured, proposal, with_values
 from softcore.tables.settings import named
 
 __all__ = ["drawn", "moves_of", "told_of", "tune"]
@@ -58,7 +49,7 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
         link.await_greeting()
         link.command("$X")
         settings, found = settings_of(link), []
-        with corners_unbound(link, settings):
+        with measuring(link, settings):
             for axis, way in moves.items():
                 one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
                 found.append(one)
@@ -99,8 +90,14 @@ def told_of(one: Measured, settings: Mapping[str, int]) -> str:
     limit = ("unknown" if fit.least is None or fit.most is None else
              f"at least {fit.least:.0f} mm/s2" if math.isinf(fit.most) else
              f"{fit.least:.0f} to {fit.most:.0f} mm/s2")
+    axis = one.axis.lower()
+    set_already = [f"${named(name).number}" for name in (f"drive_offset_{axis}",
+                                                         f"drive_friction_{axis}")
+                   if settings[name]]
+    beside = f" beside what {' and '.join(set_already)} make up for" if set_already else ""
     return (f"{one.axis}: loop gain {settings['loop_gain'] * drive.gain:.1f} 1/s "
-            f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, lags "
+            f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, friction "
+            f"{drive.friction:.3f} mm/s{beside}, lags "
             f"{1000 * drive.lag_s:.1f} and {1000 * drive.filter_s:.1f} ms, dead time "
             f"{1000 * drive.dead_s:.1f} ms, acceleration {limit}; {len(one.samples)} "
             f"reports, which this explains to {1000 * fit.left:.1f} um (rms)")
@@ -115,19 +112,19 @@ def _steps(figure: Figure, settings: Mapping[str, int], found: Sequence[Measured
            wanted: Proposal) -> None:
     """Following error after the start of a motion: measured, as now, and as proposed."""
     plots = figure.subplots(len(found), 1, squeeze=False)[:, 0]
-    loop = loop_of(settings)
     times = np.arange(0, SHOWN_S, 1e-4)
     for one, ax in zip(found, plots, strict=True):
         speed = speed_of(settings, one.axis)
         near = [sample for sample in one.samples
-                if sample.time_s < SHOWN_S and not sample.before]
+                if sample.time_s < SHOWN_S and not sample.before
+                and abs(sample.speed) > speed / SLOW]
         ax.plot([1000 * sample.time_s for sample in near], [1000 * sample.error for sample in near],
                 ".", color=ERROR, markersize=4, label="measured")
-        right = replace(one.drive, gain=one.drive.gain * loop.gain / wanted.loop.gain)
-        for drive, loops, colour, title in ((one.drive, loop, PATH, "predicted, as set"),
-                                            (right, wanted.loop, FAINT, "predicted, as proposed")):
+        for drive, loop, colour, title in (
+                (one.drive, loop_of(settings, one.axis), PATH, "predicted, as set"),
+                (*with_values(one, settings, wanted.values), FAINT, "predicted, as proposed")):
             for way, label in (speed, title), (-speed, None):
-                ax.plot(1000 * times, 1000 * response(drive, loops, way, times), color=colour,
+                ax.plot(1000 * times, 1000 * response(drive, loop, way, times), color=colour,
                         label=label)
         ax.set_ylabel(f"{one.axis}: following error, µm")
         ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3)

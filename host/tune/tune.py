@@ -1,23 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tuning of the position loops: small motions with the discharge off, and what they tell.
-
-A status report has an axis's place by its coder and its following error; their sum is where the
-command was in that moment. At an even speed this is a clock: the report needs no stamp, and a slow
-link does no harm. No setting is changed for good; while the axes move, the bound of the speed at
-corners is off, as it would slow down each turn.
-"""
+"""Tuning of the position loops: what small motions tell of the drives, and what to set for them."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
-from host.errors import UserError
-from host.link.link import HOLD, RESET, BytePipe, Sent
 from host.tune.drive import (
+    STILL,
     Drive,
     Fit,
     Loop,
@@ -27,62 +18,34 @@ from host.tune.drive import (
     phase_margin,
     response,
 )
-from softcore.tables.settings import PULSES_PER_MM, assign, named
+from host.tune.motions import (
+    AXES,
+    CORNERS,
+    FASTEST_MM_S,
+    SLOW,
+    WINDOW,
+    Controlled,
+    TuneError,
+    meanwhile,
+    sampled,
+    speed_of,
+)
+from softcore.tables.settings import PULSES_PER_MM, named
 
-__all__ = ["AXES", "Controlled", "Measured", "Proposal", "TuneError", "corners_unbound",
-           "explained", "loop_of", "measured", "proposal", "sampled", "settings_of", "speed_of"]
+__all__ = ["Measured", "Proposal", "explained", "loop_of", "measured", "proposal", "with_values"]
 
-AXES = "XYZ"
-FASTEST_MM_S = 10.0
-PAIRS = 4                   # motions there and back
-TURNS, LEGS = 4, 4          # motions that turn without a stop, and the parts of each
-IN_TIME = 0.9               # of a part, within which the lines of all parts must have been taken
-UNSURE_S = 2e-3             # after a turn, in which a report may name the leg that comes
-LATE_S = 0.03               # before a turn: a report may name the leg before for so long
-SPREAD_S = 0.02             # over which the first reports of the motions are spread
 EVEN = 0.6                  # share of a motion after which its speed is taken for even
-FEWEST = 5                  # samples of even motion in each direction
-MOTION_S = 10.0             # beyond twice its time, after which a motion is given up
-LIST_S, POLL_S = 15.0, 0.05     # of the list of settings
+FEWEST = 5                  # samples of even motion at each speed in each direction
 MARGIN_DEG = 60.0           # of phase, of the highest gain that is recommended
 SHARES = 100, 75, 50, 25, 0     # of feed-forward that are tried, %
 BACK = 0.8                  # of the drives' acceleration is proposed for the way back
 LAG_MARGIN = 1.2            # of the lag that corners and arcs rest on: the fit is a tenth too low
 ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest that is known
 REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
+LEFT = 0.25                 # of a friction that may be another than was found, once made up for
+SURE_STEPS, SURE = 3, 3.0   # friction that is told from none: steps, and times the scatter
 DIFFERENT = 0.05            # between axes, above which one gain for all does not do
-CORNERS, DRY = named("corner_deviation_nm"), named("dry_run_mm_min")
-REST_S = 3.0                # longest wait for rest before the bound at corners is on again
 GAIN_ACCEPTED, LAG_ACCEPTED = (0.7, 1.3), (2e-3, 6e-3)  # by the supervision of the coders
-
-
-class Controlled(Protocol):
-    """What is asked of the controller: the part of ``host.link.link.Link`` that is needed."""
-
-    pipe: BytePipe
-    on_line: Callable[[str], None]
-
-    def send_line(self, line: str) -> Sent:
-        """Send a line; its answer comes later."""
-
-    def command(self, line: str) -> None:
-        """Send a line, and wait until it is taken."""
-
-    def press(self, button: bytes) -> None:
-        """Press a button of the operator's."""
-
-    def await_greeting(self) -> None:
-        """Wait until it has started."""
-
-    def poll(self, timeout_s: float) -> None:
-        """Hear what comes, for so long at most."""
-
-    def status(self) -> dict[str, str]:
-        """Fields of a status report, by name."""
-
-
-class TuneError(UserError):
-    """An axis cannot be measured."""
 
 
 @dataclass(frozen=True)
@@ -106,93 +69,49 @@ class Proposal:
     values: dict[str, int]
     notes: list[str]
 
-    @property
-    def loop(self) -> Loop:
-        """The loop with these values."""
-        return Loop(self.values["loop_gain"], self.values["feed_forward"] / 100)
+
+def loop_of(settings: Mapping[str, int], axis: str) -> Loop:
+    """The loop of an axis with the settings."""
+    loop = Loop(settings["loop_gain"], settings["feed_forward"] / 100)
+    return replace(loop, friction=loop.speed(settings[_friction(axis)]),
+                   window=settings[WINDOW.name] / PULSES_PER_MM)
 
 
-def settings_of(link: Controlled) -> dict[str, int]:
-    """The controller's settings by name."""
-    inner, found = link.on_line, {}
-
-    def hear(line: str) -> None:
-        number, _, value = line.removeprefix("$").partition("=")
-        if line.startswith("$") and number.isdecimal() and value.isdecimal():
-            found[int(number)] = int(value)
-        else:
-            inner(line)
-    link.on_line = hear
-    # The list is long: a slow line takes longer than an answer may.
-    sent, end = link.send_line("$$"), link.pipe.time_s() + LIST_S
-    try:
-        while sent.answer is None and link.pipe.time_s() < end:
-            link.poll(POLL_S)
-    finally:
-        link.on_line = inner
-    wanted = ("loop_gain", "feed_forward", "drive_lag_us", CORNERS.name, DRY.name,
-              "start_speed_um_s", "highest_speed_mm_min", "step_axes", "follow_moving",
-              "follow_stopped", "back_acceleration_mm_s2", "acceleration_mm_s2",
-              *(f"highest_speed_{axis.lower()}" for axis in AXES))
-    missing = [name for name in wanted if named(name).number not in found]
-    if missing:
-        raise TuneError(f"the controller does not list its settings {', '.join(missing)}.")
-    return {name: found[named(name).number] for name in wanted}
+def with_values(one: Measured, settings: Mapping[str, int],
+                values: Mapping[str, int]) -> tuple[Drive, Loop]:
+    """The drive of an axis, as its loop has it, and the loop, with the values proposed."""
+    after = {**settings, **values}
+    step = _step(one, settings)
+    offset = _offset_of(after, one.axis) - _offset_of(settings, one.axis)
+    friction = after[_friction(one.axis)] - settings[_friction(one.axis)]
+    drive = one.drive
+    return replace(drive, gain=drive.gain * settings["loop_gain"] / after["loop_gain"],
+                   offset=drive.offset + step * offset,
+                   friction=drive.friction - step * friction), loop_of(after, one.axis)
 
 
-def loop_of(settings: Mapping[str, int]) -> Loop:
-    """The loop that is in force."""
-    return Loop(settings["loop_gain"], settings["feed_forward"] / 100)
+def _step(one: Measured, settings: Mapping[str, int]) -> float:
+    """Speed of the drive by a step of the DAC, mm/s: the same with any loop gain that is set."""
+    return one.drive.gain * loop_of(settings, one.axis).speed(1)
 
 
-def speed_of(settings: Mapping[str, int], axis: str) -> float:
-    """Speed of the motions in mm/s: the machine reaches it at once, without a ramp."""
-    bounds = [FASTEST_MM_S, settings["start_speed_um_s"] / 1000,
-              settings["highest_speed_mm_min"] / 60]
-    own = settings[f"highest_speed_{axis.lower()}"]
-    return min([*bounds, own / 60] if own else bounds)
+def _friction(axis: str) -> str:
+    return f"drive_friction_{axis.lower()}"
 
 
-@contextmanager
-def corners_unbound(link: Controlled, settings: Mapping[str, int]) -> Iterator[None]:
-    """Motions whose speed no corner bounds: ``$540`` is 0 meanwhile, and what it was after.
-
-    Whatever ends it early holds the machine. What is left of a motion on hold is given up, by a
-    reset at rest: the position stays.
-
-    Raises
-    ------
-    UserError
-        If the controller does not take it; the text says what to enter then.
-    """
-    before = assign(CORNERS.name, settings[CORNERS.name])
-    link.command(assign(CORNERS.name, 0))
-    try:
-        yield
-    except BaseException:   # Ctrl-C, too: nobody looks any more at what has been ordered
-        link.press(HOLD)
-        raise
-    finally:
-        try:
-            end = link.pipe.time_s() + REST_S
-            while _moves(told := link.status()) and link.pipe.time_s() < end:
-                link.poll(POLL_S)
-            if told["state"] == "Hold":
-                link.press(RESET)
-                link.await_greeting()
-            link.command(before)
-        except UserError as error:
-            raise TuneError(f"the bound of the speed at corners is still off: enter {before}. "
-                            f"{str(error)[:1].upper()}{str(error)[1:]}") from error
+def _offset(axis: str) -> str:
+    return f"drive_offset_{axis.lower()}"
 
 
-def _moves(told: Mapping[str, str]) -> bool:
-    return told["state"] == "Run" or told.get("substate") == "1"
+def _offset_of(settings: Mapping[str, int], axis: str) -> int:
+    """Offset that is made up for, with its sign."""
+    down = settings["drive_offset_down"] >> AXES.index(axis) & 1
+    return -settings[_offset(axis)] if down else settings[_offset(axis)]
 
 
 def measured(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
              travel_mm: float, *, time_s: Callable[[], float]) -> Measured:
-    """Move an axis there and back, and find its drive.
+    """Move an axis there and back, and find its drive. ``settings`` are those before ``measuring``.
 
     Raises
     ------
@@ -201,33 +120,6 @@ def measured(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
     """
     return explained(settings, axis, travel_mm,
                      sampled(link, settings, axis, way, travel_mm, time_s=time_s))
-
-
-def sampled(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
-            travel_mm: float, *, time_s: Callable[[], float]) -> list[Sample]:
-    """Move an axis there and back; what the status reports say meanwhile.
-
-    Raises
-    ------
-    LinkError
-        If the controller refuses a motion, or does not answer.
-    TuneError
-        If the axis has a stepping drive, does not come to an end, or does not go at the speed that
-        was ordered.
-    """
-    index = AXES.index(axis)
-    if settings[DRY.name]:
-        raise TuneError(f"a dry run is on, which sets the speed: enter {assign(DRY.name, 0)}.")
-    if settings["step_axes"] >> index & 1:
-        raise TuneError(f"axis {axis} is driven by steps: it has no position loop to tune.")
-    speed = speed_of(settings, axis)
-    samples: list[Sample] = []
-    for number in range(2 * PAIRS):
-        samples += _motion(link, index, -way if number % 2 else way, speed, travel_mm, time_s,
-                           number / (2 * PAIRS) * SPREAD_S)
-    for number in range(TURNS):
-        samples += _turns(link, index, way, speed, travel_mm, time_s, number / TURNS * SPREAD_S)
-    return samples
 
 
 def explained(settings: Mapping[str, int], axis: str, travel_mm: float,
@@ -239,97 +131,17 @@ def explained(settings: Mapping[str, int], axis: str, travel_mm: float,
     TuneError
         If the samples are too few, or no drive has them.
     """
-    after = EVEN * travel_mm / speed_of(settings, axis)
-    for up in (True, False):
-        if sum(one.time_s >= after and (one.speed > 0) == up for one in samples) < FEWEST:
+    after_mm, fast = EVEN * travel_mm, speed_of(settings, axis)
+    for speed in (fast, -fast, fast / SLOW, -fast / SLOW):
+        if sum(one.speed == speed and one.time_s * abs(speed) >= after_mm
+               for one in samples) < FEWEST:
             raise TuneError(f"axis {axis}: {travel_mm:g} mm are too short for the reports that "
                             "come; give more travel.")
     try:
-        return Measured(axis, tuple(samples), fitted(loop_of(settings), samples, after))
+        return Measured(axis, tuple(samples), fitted(
+            loop_of({**settings, **meanwhile(settings)}, axis), samples, after_mm))
     except ValueError as error:
         raise TuneError(f"axis {axis}: {error}.") from error
-
-
-def _place(told: Mapping[str, str], index: int) -> tuple[float, float]:
-    """Command and following error, in mm."""
-    error = int(told["Er"].split(",")[index]) / PULSES_PER_MM
-    return float(told["MPos"].split(",")[index]) + error, error
-
-
-def _motion(link: Controlled, index: int, sign: int, speed: float, travel_mm: float,
-            time_s: Callable[[], float], wait_s: float) -> list[Sample]:
-    """Samples of one motion, from ``wait_s`` after its line has been accepted."""
-    start, error = _place(link.status(), index)
-    link.command(_line(index, sign * travel_mm, speed))
-    found = [Sample(0.0, error, sign * speed)]
-    for told, command, now in _reports(link, index, time_s, wait_s, travel_mm / speed):
-        gone = (command - start) * sign
-        if 0 < gone < travel_mm - 1 / PULSES_PER_MM:
-            found.append(Sample(gone / speed, now, sign * speed))
-        elif told["state"] == "Idle":
-            break
-    return found
-
-
-def _turns(link: Controlled, index: int, sign: int, speed: float, travel_mm: float,
-           time_s: Callable[[], float], wait_s: float) -> list[Sample]:
-    """Samples after the turns of a motion to and fro, in which the axis does not stop.
-
-    At a turn the speed changes by twice its amount, which no start from rest can do. The reports
-    name the part of the motion by the number of its line. That may be earlier than the place by
-    the time that the firmware takes to hear of a block, so what could be of the next part is left
-    out. There are no samples if the lines came so late that the axis may have stopped between them.
-    """
-    start, _ = _place(link.status(), index)
-    begun = time_s()
-    for leg in range(LEGS):
-        way = sign * (1 - leg % 2 * 2)
-        link.command(_line(index, way * travel_mm, speed, number=leg + 1))
-    in_time = time_s() - begun <= IN_TIME * travel_mm / speed
-    found: list[Sample] = []
-    long_s = LEGS * travel_mm / speed
-    for told, command, error in _reports(link, index, time_s, wait_s, long_s):
-        gone, leg = (command - start) * sign, int(told["Ln"]) - 1
-        if told["state"] == "Idle":
-            return found if in_time else []
-        if leg % 2:
-            gone = travel_mm - gone
-        if leg > 0 and UNSURE_S < gone / speed < travel_mm / speed - LATE_S:
-            moved = sign * speed * (1 - leg % 2 * 2)
-            found.append(Sample(gone / speed, error, moved, before=-moved))
-    return found
-
-
-def _line(index: int, way_mm: float, speed: float, *, number: int | None = None) -> str:
-    """A straight line along an axis."""
-    name = "" if number is None else f"N{number} "
-    return f"{name}G21 G91 G94 G01 {AXES[index]}{way_mm:.4f} F{60 * speed:g}"
-
-
-def _reports(link: Controlled, index: int, time_s: Callable[[], float], wait_s: float,
-             long_s: float) -> Iterator[tuple[Mapping[str, str], float, float]]:
-    """Reports of a motion of ``long_s``: each as told, with command and following error in mm.
-
-    A motion that does not end is held.
-    """
-    first = time_s() + wait_s
-    while (left := first - time_s()) > 0:
-        link.poll(left)
-    end = time_s() + 2 * long_s + MOTION_S
-    while True:
-        told = link.status()
-        if told["state"] == "Alarm":
-            raise TuneError(f"axis {AXES[index]}: an alarm came while it moved.")
-        if told["state"] == "Hold":
-            raise TuneError(f"axis {AXES[index]}: it was held while it moved.")
-        if (share := told.get("Ov", "100").partition(",")[0]) != "100":
-            raise TuneError(f"axis {AXES[index]}: the override of the feed is {share} %; it must "
-                            "be 100 %.")
-        if time_s() > end:
-            link.press(HOLD)
-            raise TuneError(f"axis {AXES[index]}: its motion has not ended within "
-                            f"{2 * long_s + MOTION_S:.0f} s, and is held now.")
-        yield told, *_place(told, index)
 
 
 def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
@@ -339,6 +151,7 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
         notes.append(f"${CORNERS.number} is 0: nothing bounds the speed at corners. If power or "
                      "the cable failed in a measurement, enter what it was; as delivered it is "
                      f"{CORNERS.default}.")
+    notes += _held(settings, axes)
     gains = {one.axis: settings["loop_gain"] * one.drive.gain for one in axes}
     gain = round(float(np.mean(list(gains.values()))))
     least, most = named("loop_gain").lowest, named("loop_gain").highest
@@ -348,8 +161,14 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
     if gain > most:
         raise TuneError(f"the loops have a gain of {gain} 1/s; $456 takes {most} at most. Lower "
                         "the scale of the velocity command at the amplifiers.")
+    values = {"loop_gain": gain} | _made_up(settings, axes, notes)
+
+    def with_share(share: int) -> dict[str, tuple[Drive, Loop]]:
+        return {one.axis: with_values(one, settings, values | {"feed_forward": share})
+                for one in axes}
+
     # Beside a loop whose gain is set right, a drive has the gain that its axis differs by.
-    drives = {one.axis: replace(one.drive, gain=gains[one.axis] / gain) for one in axes}
+    drives = {axis: drive for axis, (drive, _) in with_share(0).items()}
     for axis, drive in drives.items():
         if abs(drive.gain - 1) > DIFFERENT:
             notes.append(f"{axis} has {gains[axis]:.1f} 1/s, not {gain}: $456 is for all axes, so "
@@ -364,16 +183,22 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
     top = max(FASTEST_MM_S, settings["highest_speed_mm_min"] / 60)
     start = settings["start_speed_um_s"] / 1000
     share = next(share for share in SHARES if not share or all(
-        overshoot(drive, Loop(gain, share / 100), start) <= start * drive.late_s
-        and phase_margin(drive, Loop(gain, share / 100)) >= MARGIN_DEG / 2
-        for drive in drives.values()))
-    loop = Loop(gain, share / 100)
+        overshoot(drive, loop, start) <= start * drive.late_s
+        and phase_margin(drive, loop) >= MARGIN_DEG / 2
+        for drive, loop in with_share(share).values()))
     times = np.arange(0, 10 / gain, 1e-4)
-    furthest = 0.0
-    rest = max(abs(sample.error) for one in axes for sample in one.samples if not sample.time_s)
-    for axis, drive in drives.items():
-        furthest = max(furthest, *(abs(float(error)) for way in (top, -top)
-                                   for error in response(drive, loop, way, times)))
+    furthest = rest = 0.0
+    for one in axes:
+        axis, (drive, loop) = one.axis, with_share(share)[one.axis]
+        # What may be left of a friction stops the axis short of its place, too.
+        short = max(0.0, drive.friction) + LEFT * max(
+            0.0, drive.friction + drive.gain * loop.friction)
+        stands = min(loop.window, STILL / PULSES_PER_MM)
+        rest = max(rest, stands + (abs(drive.offset) + short) / drive.gain
+                   * (1 + loop.lead) / loop.gain)
+        held = replace(drive, friction=short)
+        furthest = max(furthest, *(stands + float(np.abs(response(held, loop, way, times)).max())
+                                   for way in (top, -top)))
         margin = phase_margin(drive, loop)
         notes.append(
             f"{axis}: phase margin {margin:.0f} degrees; at the end of a motion at "
@@ -384,11 +209,64 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
                          "command at its amplifier.")
     late_us = round(LAG_MARGIN * 1e6 * max(drive.late_s for drive in drives.values()))
     lag = named("drive_lag_us")
-    values = {"loop_gain": gain, "feed_forward": share,
-              lag.name: min(lag.highest, max(lag.lowest, late_us)),
-              "follow_moving": _pulses(ERROR_MARGIN * furthest),
-              "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
+    values |= {"feed_forward": share,
+               lag.name: min(lag.highest, max(lag.lowest, late_us)),
+               "follow_moving": _pulses(ERROR_MARGIN * furthest),
+               "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
     return Proposal(values | _back(settings, axes, notes), notes)
+
+
+def _held(settings: Mapping[str, int], axes: Sequence[Measured]) -> list[str]:
+    """What there is to say of the window, and of axes that rest beside their place."""
+    notes = []
+    if settings[WINDOW.name] == meanwhile(settings)[WINDOW.name]:
+        notes.append(f"${WINDOW.number} is {settings[WINDOW.name]}, as while an axis is measured. "
+                     "Once offset and friction are made up for, enter what it was; as delivered it "
+                     f"is {WINDOW.default}.")
+    for one in axes:
+        furthest = max((abs(sample.rest) for sample in one.samples),
+                       default=0.0) * PULSES_PER_MM
+        if round(furthest) > settings[WINDOW.name]:
+            notes.append(f"{one.axis}: it came to rest up to {furthest:.0f} pulses from its place. "
+                         f"With ${WINDOW.number}={settings[WINDOW.name]} the supervision of its "
+                         "coder trips then, until offset and friction are made up for.")
+    return notes
+
+
+def _made_up(settings: Mapping[str, int], axes: Sequence[Measured],
+             notes: list[str]) -> dict[str, int]:
+    """Offset and friction of each axis in steps of the DAC: what is set, and what is left."""
+    down, values = settings["drive_offset_down"], {}
+    for one in axes:
+        step, bit = _step(one, settings), 1 << AXES.index(one.axis)
+        offset = _offset_of(settings, one.axis) - round(one.drive.offset / step)
+        down = down | bit if offset < 0 else down & ~bit
+        wanted = {_offset(one.axis): abs(offset),
+                  _friction(one.axis): _friction_steps(one, settings, notes)}
+        for name, steps in wanted.items():
+            values[name] = min(steps, named(name).highest)
+            if values[name] != steps:
+                notes.append(f"{one.axis}: {steps} steps are needed for ${named(name).number}, "
+                             f"which takes {named(name).highest} at most: lower what the drive "
+                             "has at its amplifier.")
+    return values | {"drive_offset_down": down}
+
+
+def _friction_steps(one: Measured, settings: Mapping[str, int], notes: list[str]) -> int:
+    """Steps that make up for the friction; as set if what is left cannot be told from none."""
+    now, lost = settings[_friction(one.axis)], one.drive.friction
+    step = _step(one, settings)
+    sure = max(SURE_STEPS * step, SURE * one.fit.scatter * one.drive.gain)
+    if abs(lost) <= sure:
+        if round(lost / step):
+            notes.append(f"{one.axis}: a friction of {lost:+.3f} mm/s beside what is made up for "
+                         f"cannot be told from none (up to {sure:.3f}); more travel tells more.")
+        return now
+    steps = now + round(lost / step)
+    if steps < 0:
+        notes.append(f"{one.axis}: slow motion is faster than the gain says, by {-lost:.3f} mm/s. "
+                     "That is no friction: none is made up for.")
+    return max(0, steps)
 
 
 def _back(settings: Mapping[str, int], axes: Sequence[Measured],

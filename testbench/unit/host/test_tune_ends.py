@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ends a measurement of the drives before its end, and how the machine is left then."""
 
+import re
+
 import pytest
 
 from host.link.link import HOLD, RESET, RefusedError
-from host.tune.tune import TuneError, corners_unbound, measured, settings_of
+from host.tune.motions import TuneError, measuring, settings_of
+from host.tune.tune import measured
 from softcore.tables.settings import assign, named
 from testbench.unit.host.test_tune import SET, TRAVEL_MM, Machine, Real
 
-CORNERS, DRY = named("corner_deviation_nm"), named("dry_run_mm_min")
+CORNERS, WINDOW, DRY = (named(name) for name in ("corner_deviation_nm", "window", "dry_run_mm_min"))
+MEANWHILE = [assign(CORNERS.name, 0), assign(WINDOW.name, 63)]
+BEFORE = [assign(row.name, row.default) for row in (CORNERS, WINDOW)]
 
 
 class Script:
@@ -48,35 +53,59 @@ class Script:
 
 
 @pytest.mark.parametrize("reason", [KeyboardInterrupt, RefusedError("N3 G01 X3", "no")])
-def test_whatever_ends_it_stops_the_motion_and_the_bound_is_on_again(reason):
+def test_whatever_ends_it_stops_the_motion_and_the_settings_are_as_before(reason):
     link = Script("Idle")
 
     def moves():
         link.state = "Run"
         raise reason
 
-    with pytest.raises((KeyboardInterrupt, RefusedError)), corners_unbound(link, SET):
+    with pytest.raises((KeyboardInterrupt, RefusedError)), measuring(link, SET):
         moves()
-    assert link.done == [assign(CORNERS.name, 0), HOLD, RESET, "greeting",
-                         assign(CORNERS.name, CORNERS.default)]
+    assert link.done == [*MEANWHILE, HOLD, RESET, "greeting", *BEFORE]
 
 
 @pytest.mark.parametrize("state", ["Idle", "Alarm"])
 def test_at_rest_and_in_an_alarm_nothing_is_reset(state):
     link = Script("Idle")
-    with corners_unbound(link, SET):
+    with measuring(link, SET):
         link.state = state
-    assert link.done == [assign(CORNERS.name, 0), assign(CORNERS.name, CORNERS.default)]
+    assert link.done == [*MEANWHILE, *BEFORE]
 
 
-def test_a_bound_that_cannot_be_put_back_is_told():
+def test_a_window_that_is_wide_enough_and_a_bound_that_is_off_stay():
+    link = Script("Idle")
+    with measuring(link, SET | {WINDOW.name: 100}):
+        pass
+    with measuring(link, SET | {WINDOW.name: 63, CORNERS.name: 0}):
+        pass
+    assert link.done == [MEANWHILE[0], BEFORE[0]]
+
+
+@pytest.mark.parametrize(("reason", "back"), [
+    (RefusedError("$421=63", "no"), BEFORE[:1]), (KeyboardInterrupt, BEFORE)])
+def test_a_setting_that_is_not_taken_moves_nothing_and_leaves_none(reason, back):
+    class Refusing(Script):
+        def command(self, line):
+            super().command(line)
+            if line == MEANWHILE[1]:
+                raise reason
+
+    link = Refusing("Idle")
+    with pytest.raises((KeyboardInterrupt, RefusedError)), measuring(link, SET):
+        raise AssertionError("it moves")
+    assert link.done == [*MEANWHILE, *back], "no hold: what is in motion is another's"
+
+
+def test_settings_that_cannot_be_put_back_is_told():
     link = Script("Idle")
 
     def falls_silent():
         raise TuneError("the controller has fallen silent.")
 
-    with pytest.raises(TuneError, match=f"still off: enter .{CORNERS.number}={CORNERS.default}. "
-                                        "The controller has"), corners_unbound(link, SET):
+    with pytest.raises(TuneError, match=re.escape(
+            f"settings are still those of the measurement: enter {BEFORE[0]} and {BEFORE[1]}. "
+            "The controller has fallen silent.")), measuring(link, SET):
         link.status = falls_silent
 
 
