@@ -40,6 +40,8 @@ WELL_MM = 1e-3              # deviation up to which the drive explains its motio
 NEAR = 1.5                  # of the highest and the lowest limit that the samples allow, at most
 BOUND = 0.9                 # of the acceleration that a drive without a limit has shown
 
+DECAYS = np.geomspace(0.3, 4, 24)   # rates at which a start may decay, of the gain that is set
+
 # Of the fit, by parameter: lag, filter and dead time in ms, and the logarithm to base 2 of the
 # limit of the acceleration as a share of what the lag alone would have.
 LOWEST, HIGHEST = (0.3, 0.0, 0.0, -6.0), (16.0, 6.0, 6.0, 1.0)
@@ -247,24 +249,27 @@ def steady(loop: Loop, samples: Sequence[Sample], after_mm: float) -> Even:
     ValueError
         If there is no such sample of a direction and speed, or the axis goes against its command.
     """
-    commands: dict[float, list[float]] = {}
-    for one in samples:
-        if one.time_s * abs(one.speed) >= after_mm:
-            commands.setdefault(one.speed, []).append(
-                (loop.gain * one.error + loop.share * one.speed) / (1 + loop.lead))
+    taken = [one for one in samples if one.time_s * abs(one.speed) >= after_mm]
     for way in (1, -1):
-        if sum(way * speed > 0 for speed in commands) < 2:
+        if len({one.speed for one in taken if way * one.speed > 0}) < 2:
             raise ValueError("there is no even motion at two speeds in both directions")
-    speeds = np.array(list(commands))
+    times, errors, speeds, before, rests = np.array([
+        (one.time_s, one.error, one.speed, one.before, one.rest) for one in taken]).T
+    commands = (loop.gain * errors + loop.share * speeds) / (1 + loop.lead)
     known = np.stack([speeds, np.ones_like(speeds), np.sign(speeds)], axis=1)
-    slope, still, lost = np.linalg.lstsq(
-        known, np.array([np.mean(one) for one in commands.values()]), rcond=None)[0]
+    # What is left of the start decays: with the change of the speed, and with the error before it.
+    begun = np.stack([speeds - before, rests], axis=1)
+    best: tuple[float, Numbers] = math.inf, np.zeros(3)
+    for rate in loop.gain * DECAYS:
+        fading = begun * np.exp(-rate * (times - times.min()))[:, None]
+        all_known = np.concatenate([known, fading], axis=1)
+        found = np.linalg.lstsq(all_known, commands, rcond=None)[0]
+        away = float(np.sqrt(np.mean((commands - all_known @ found)**2)))
+        best = min(best, (away, found), key=lambda one: one[0])
+    scatter, (slope, still, lost, *_) = best
     if slope <= 0:
         raise ValueError("the drive goes against its command")
-    away = np.concatenate([np.array(one) - row @ (slope, still, lost)
-                           for row, one in zip(known, commands.values(), strict=True)])
-    return Even(float(1 / slope), float(-still / slope), float(lost / slope),
-                float(np.sqrt(np.mean(away**2))))
+    return Even(float(1 / slope), float(-still / slope), float(lost / slope), scatter)
 
 
 def fitted(loop: Loop, samples: Sequence[Sample], after_mm: float) -> Fit:

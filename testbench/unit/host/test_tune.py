@@ -421,3 +421,12 @@ def test_friction_holds_a_simulated_drive_and_takes_its_share_of_the_speed():
     turned = response(Drive(friction=0.1), loop, -10, times, before=10)
     assert turned[0] == pytest.approx(held[90], abs=1e-5)
     assert turned[-1] == pytest.approx(-held[90], abs=1e-5)
+
+
+@pytest.mark.parametrize("share", some([100, 0], 100))
+def test_a_slow_loop_is_not_even_when_it_is_read_and_its_friction_is_found(share):
+    settings = SET | {"loop_gain": 20, "feed_forward": share}
+    drive = found_on(Real(0.7, 0.05, 0.0, 0.1), settings).drive
+    assert drive.gain == pytest.approx(0.7, rel=0.01)
+    assert drive.offset == pytest.approx(0.05, abs=0.003)
+    assert drive.friction == pytest.approx(0.1, abs=0.006)
