@@ -224,10 +224,10 @@ def _held(settings: Mapping[str, int], axes: Sequence[Measured]) -> list[str]:
                      "Once offset and friction are made up for, enter what it was; as delivered it "
                      f"is {WINDOW.default}.")
     for one in axes:
-        furthest = max((abs(sample.rest) for sample in one.samples),
-                       default=0.0) * PULSES_PER_MM
+        drive = one.drive
+        furthest = (abs(drive.offset) + max(0.0, drive.friction)) / _step(one, settings)
         if round(furthest) > settings[WINDOW.name]:
-            notes.append(f"{one.axis}: it came to rest up to {furthest:.0f} pulses from its place. "
+            notes.append(f"{one.axis}: it may rest up to {furthest:.0f} pulses from its place. "
                          f"With ${WINDOW.number}={settings[WINDOW.name]} the supervision of its "
                          "coder trips then, until offset and friction are made up for.")
     return notes
