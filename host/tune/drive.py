@@ -10,7 +10,8 @@ lag. The controller closes the loop as ``rtl.motion.axis`` does::
     u = k + o + c sign(m)       with the offset and the friction that are made up for
 
 m is the speed in the controller's model of the drive, of gain 1 and the lag T. It follows k, or 0
-while the axis counts as at rest. Lengths are in mm, times in seconds.
+while the axis counts as at rest. For the sign the controller has another model, whose lag is 4.1
+ms, and takes the direction 1 ms later; here it is the same m. Lengths are in mm, times in seconds.
 """
 
 import math
@@ -21,15 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
-from softcore.registers import DRIVE_LAG_US
 from softcore.tables.settings import PULSES_PER_MM, named
 
-__all__ = ["MODEL_LAG_S", "RESTING", "STILL", "Drive", "Even", "Fit", "Loop", "Sample", "fitted",
+__all__ = ["RESTING", "STILL", "Drive", "Even", "Fit", "Loop", "Sample", "best_model_s", "fitted",
            "overshoot", "phase_margin", "response", "steady"]
 
 Numbers = NDArray[np.float64]
 
-MODEL_LAG_S = DRIVE_LAG_US / 1e6      # of the drive in the controller's model of it
 STILL, RESTING = 15, 63     # pulses up to which a command in position is none: in motion, at rest
 LEAST_SPEED = 1e-3          # of the model in mm/s, below which it stands
 STEP_S = 5e-5
@@ -53,20 +52,22 @@ STEPS = (1e-3, 1e-3, 1e-3, 1e-3)    # of their derivatives
 class Loop:
     """The controller's part: gain in 1/s as it is set, and share of the feed-forward, 0 to 1.
 
-    ``friction`` in mm/s is what is added to the command in the direction of the model. The offset
-    that is made up for needs no place here: it is a part of the drive's. ``window`` is the
-    following error in mm up to which an axis is in position.
+    ``model_s`` is the lag T of the controller's model. ``friction`` in mm/s is what is added to the
+    command in the direction of the model. The offset that is made up for needs no place here: it is
+    a part of the drive's. ``window`` is the following error in mm up to which an axis is in
+    position.
     """
 
     gain: float
     share: float
+    model_s: float = named("model_lag_x_us").default / 1e6
     friction: float = 0.0
     window: float = named("window").default / PULSES_PER_MM
 
     @property
     def lead(self) -> float:
         """What the model's lag takes away: K T, 0 in the plain loop."""
-        return self.gain * MODEL_LAG_S if self.share else 0.0
+        return self.gain * self.model_s if self.share else 0.0
 
     def speed(self, pulses: float) -> float:
         """Velocity command of so many pulses, or steps of the DAC, in mm/s."""
@@ -197,7 +198,7 @@ def _simulated(drives: Sequence[Drive], loop: Loop, starts: Sequence[_Start], st
     commands = np.empty((longest + steps, *told.shape))     # the first are on their way already
     commands[:longest] = pushed
     filtered, turning = gain * pushed + offset, np.broadcast_to(before, told.shape)
-    model = -math.expm1(-STEP_S / MODEL_LAG_S)
+    model = -math.expm1(-STEP_S / loop.model_s)
     found = np.empty((steps, *told.shape))
     for step in range(steps):
         found[step] = errors
@@ -351,11 +352,30 @@ def overshoot(drive: Drive, loop: Loop, speed: float) -> float:
     return max(0.0, -float((response(drive, loop, speed, times, even) - still)[times > even].min()))
 
 
+def best_model_s(drive: Drive, loop: Loop) -> float:
+    """A lag of the controller's model with which the axis keeps to circles, in s.
+
+    A drive of the gain g and the lag L leaves a circle of the radius R, to the inside, by
+    c R (w / K)**2 / 2. With the frequency w in 1/s, feed-forward of the share f and x = K T::
+
+        c = ((1 + x) / g)**2 - 2 (K L (1 + x) - x**2) / g - f**2
+
+    The result lies half-way between the x for which c is 0, or smallest, and the lag of the drive:
+    with the former an axis that stops at once goes beyond the end, with the latter it does not.
+    """
+    g, behind = drive.gain, loop.gain * drive.late_s
+    square, linear = 1 / g**2 + 2 / g, 2 / g**2 - 2 * behind / g
+    constant = 1 / g**2 - 2 * behind / g - loop.share**2
+    root = math.sqrt(max(0.0, linear**2 - 4 * square * constant))
+    least = (root - linear) / (2 * square) / loop.gain
+    return (least + drive.late_s) / 2
+
+
 def phase_margin(drive: Drive, loop: Loop) -> float:
     """Phase margin of the position loop in degrees; below 0 it swings."""
     s = 2j * np.pi * np.geomspace(0.05, 2000, 20_000)
     opened = (loop.gain * drive.gain * np.exp(-s * drive.dead_s)
               / ((1 + s * drive.lag_s) * (1 + s * drive.filter_s))
-              / (s * (1 + loop.lead / (1 + s * MODEL_LAG_S))))
+              / (s * (1 + loop.lead / (1 + s * loop.model_s))))
     crossing = int(np.argmax(np.abs(opened) < 1))
     return float(180 + np.degrees(np.unwrap(np.angle(opened))[crossing]))

@@ -16,7 +16,7 @@ from host.tune.drive import RESTING, Sample
 from softcore.tables.settings import PULSES_PER_MM, assign, named
 
 __all__ = ["AXES", "CORNERS", "FASTEST_MM_S", "SLOW", "WINDOW", "Controlled", "TuneError",
-           "meanwhile", "measuring", "sampled", "settings_of", "speed_of"]
+           "meanwhile", "measuring", "model_lag", "sampled", "settings_of", "speed_of"]
 
 AXES = "XYZ"
 FASTEST_MM_S = 10.0
@@ -86,11 +86,17 @@ def settings_of(link: Controlled) -> dict[str, int]:
               "start_speed_um_s", "highest_speed_mm_min", "step_axes", "follow_moving",
               "follow_stopped", "back_acceleration_mm_s2", "acceleration_mm_s2",
               "drive_offset_down", *(f"{name}_{axis.lower()}" for axis in AXES for name in (
-                  "highest_speed", "drive_offset", "drive_friction")))
+                  "highest_speed", "drive_offset", "drive_friction")),
+              *(model_lag(axis) for axis in AXES))
     missing = [name for name in wanted if named(name).number not in found]
     if missing:
         raise TuneError(f"the controller does not list its settings {', '.join(missing)}.")
     return {name: found[named(name).number] for name in wanted}
+
+
+def model_lag(axis: str) -> str:
+    """Name of the setting that has the lag of the controller's model of an axis's drive."""
+    return f"model_lag_{axis.lower()}_us"
 
 
 def speed_of(settings: Mapping[str, int], axis: str) -> float:

@@ -13,6 +13,7 @@ from host.tune.drive import (
     Fit,
     Loop,
     Sample,
+    best_model_s,
     fitted,
     overshoot,
     phase_margin,
@@ -27,6 +28,7 @@ from host.tune.motions import (
     Controlled,
     TuneError,
     meanwhile,
+    model_lag,
     sampled,
     speed_of,
 )
@@ -39,7 +41,6 @@ FEWEST = 5                  # samples of even motion at each speed in each direc
 MARGIN_DEG = 60.0           # of phase, of the highest gain that is recommended
 SHARES = 100, 75, 50, 25, 0     # of feed-forward that are tried, %
 BACK = 0.8                  # of the drives' acceleration is proposed for the way back
-LAG_MARGIN = 1.2            # of the lag that corners and arcs rest on: the fit is a tenth too low
 ERROR_MARGIN = 1.5          # of the bounds of following error over the greatest that is known
 REST_PULSES = 20            # of the bound at rest, beside what offset and friction have
 LEFT = 0.25                 # of a friction that may be another than was found, once made up for
@@ -74,6 +75,7 @@ def loop_of(settings: Mapping[str, int], axis: str) -> Loop:
     """The loop of an axis with the settings."""
     loop = Loop(settings["loop_gain"], settings["feed_forward"] / 100)
     return replace(loop, friction=loop.speed(settings[_friction(axis)]),
+                   model_s=settings[model_lag(axis)] / 1e6,
                    window=settings[WINDOW.name] / PULSES_PER_MM)
 
 
@@ -164,8 +166,8 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
     values = {"loop_gain": gain} | _made_up(settings, axes, notes)
 
     def with_share(share: int) -> dict[str, tuple[Drive, Loop]]:
-        return {one.axis: with_values(one, settings, values | {"feed_forward": share})
-                for one in axes}
+        shared = values | {"feed_forward": share} | _modelled(settings, values, axes, share)
+        return {one.axis: with_values(one, settings, shared) for one in axes}
 
     # Beside a loop whose gain is set right, a drive has the gain that its axis differs by.
     drives = {axis: drive for axis, (drive, _) in with_share(0).items()}
@@ -207,13 +209,27 @@ def proposal(settings: Mapping[str, int], axes: Sequence[Measured]) -> Proposal:
             notes.append(f"{axis}: with 60 degrees of phase margin its loop could have "
                          f"{_highest_gain(drive, loop):.0f} 1/s: lower the scale of the velocity "
                          "command at its amplifier.")
-    late_us = round(LAG_MARGIN * 1e6 * max(drive.late_s for drive in drives.values()))
+    late_us = round(1e6 * max(drive.late_s for drive in drives.values()))
     lag = named("drive_lag_us")
-    values |= {"feed_forward": share,
+    values |= {"feed_forward": share, **_modelled(settings, values, axes, share),
                lag.name: min(lag.highest, max(lag.lowest, late_us)),
                "follow_moving": _pulses(ERROR_MARGIN * furthest),
                "follow_stopped": _pulses(ERROR_MARGIN * rest) + REST_PULSES}
     return Proposal(values | _back(settings, axes, notes), notes)
+
+
+def _modelled(settings: Mapping[str, int], values: Mapping[str, int], axes: Sequence[Measured],
+              share: int) -> dict[str, int]:
+    """Lag of the controller's model of each axis with a share of feed-forward, in us."""
+    if not share:       # the plain loop does without the model
+        return {}
+    found = {}
+    for one in axes:
+        drive, loop = with_values(one, settings, values)
+        setting = named(model_lag(one.axis))
+        wanted = round(1e6 * best_model_s(drive, replace(loop, share=share / 100)))
+        found[setting.name] = min(setting.highest, max(setting.lowest, wanted))
+    return found
 
 
 def _held(settings: Mapping[str, int], axes: Sequence[Measured]) -> list[str]:

@@ -388,7 +388,7 @@ SETTINGS: tuple[Setting, ...] = (
            "us", (4096, 500, 8000), "loop",
            "The way by which the drive is behind its command anyway is no error to be made up for: "
            "`${feed_forward}` leaves it out, reckoned with this lag. A little less than the true "
-           "lag follows arcs best. `gapkeeper tune` proposes it.")
+           "one follows arcs best. `gapkeeper tune` proposes it.")
       for number, axis in enumerate("xyz", start=558)),
 )
 

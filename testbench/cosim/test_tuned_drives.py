@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drives that are not as delivered, with the settings that ``gapkeeper tune`` proposes for them.
 
-Their gain is 0.7 or 1.3 times what it should be, their dead time up to 3 ms; the offset has been
-taken away at the amplifier, as ``tune`` asks, and they have no friction. ``pytest -s -m "soak or
-not soak" testbench/cosim/test_tuned_drives.py`` tells all figures.
+Their gain is 0.7 or 1.3 times what it should be, their dead time up to 3 ms; they have offset, and
+friction that their speed loop does not overcome. ``pytest -s -m "soak or not soak"
+testbench/cosim/test_tuned_drives.py`` tells all figures.
 """
 
 from dataclasses import dataclass
@@ -35,27 +35,32 @@ WANTED = 1.1            # times the drive alone, until the electrode is 20 um cl
 
 @dataclass(frozen=True)
 class Real:
-    """A drive: its gain as a multiple of what it should be, dead time in ms, offset in mm/s."""
+    """A drive: gain as a multiple of what it should be, dead time in ms, offset, friction in mm/s.
+
+    The friction is what its speed falls short by.
+    """
 
     gain: float = 1.0
     dead_ms: float = 0.0
     offset: float = 0.0
+    friction: float = 0.0
 
     @property
     def tables(self) -> dict:
         """The sinker with such drives."""
         return SINKER.tables | {"axis": AXIS | {
             "full_speed_mm_s": self.gain * AXIS["full_speed_mm_s"], "dead_time_ms": self.dead_ms,
-            "offset_mm_s": self.offset}}
+            "offset_mm_s": self.offset, "friction_mm_s": self.friction}}
 
     @property
     def tuned(self) -> list[str]:
         """Lines by hand: what is proposed for the drives when they are known exactly.
 
-        Acceleration on the way back is that of the machine's file.
+        Acceleration on the way back is that of the machine's file. The current loop lies within
+        the speed loop, and adds no lag to it.
         """
-        lag = (AXIS["speed_loop_ms"] + AXIS["current_loop_ms"]) * 1e-3
-        drive = Drive(self.gain, 0.0, lag, self.dead_ms * 1e-3, AXIS["filter_ms"] * 1e-3)
+        drive = Drive(self.gain, self.offset, AXIS["speed_loop_ms"] * 1e-3, self.dead_ms * 1e-3,
+                      AXIS["filter_ms"] * 1e-3, friction=self.friction)
         rest = Sample(0.0, 0.0, 10.0)
         axes = [Measured(axis, (rest,), Fit(drive, 0.0, None, None)) for axis in "XYZ"]
         return [*(f"${number}={value}" for number, value in SINKER.tables["settings"].items()),
@@ -68,11 +73,13 @@ class Real:
 
 SLOW, FAST = Real(0.7), Real(1.3)
 LATE = [Real(0.7, 2.0), Real(1.3, 2.0)]
-DRIVES = [pytest.param(SLOW), *(pytest.param(one, marks=pytest.mark.soak)
-                                for one in (Real(), FAST, *LATE))]
+ALL = [Real(0.7, 2.0, 0.05, 0.1), Real(1.3, 2.0, -0.05, 0.1)]   # everything at once
+DRIVES = [pytest.param(ALL[0]), *(pytest.param(one, marks=pytest.mark.soak)
+                                  for one in (Real(), SLOW, FAST, *LATE, ALL[1],
+                                              Real(1.0, 0.0, 0.05, 0.1)))]
 
 
-# The last is so late that the bound of corners does not hold with the lag as delivered (6.8 um).
+# The last is so late that the bound of corners does not hold with the lag as delivered.
 @pytest.mark.parametrize("real", [*DRIVES, Real(1.0, 3.0)])
 def test_corners_are_rounded_by_no_more_than_the_setting(real):
     with real.on() as session:
@@ -83,20 +90,20 @@ def test_corners_are_rounded_by_no_more_than_the_setting(real):
 
 @pytest.mark.soak
 @pytest.mark.parametrize("radius", [0.5, 5.0])
-@pytest.mark.parametrize("real", [SLOW, FAST, *LATE])
+@pytest.mark.parametrize("real", [Real(), SLOW, FAST, *LATE, *ALL])
 def test_circles_beside_the_plain_loop(real, radius):
-    """A fifth of what the drive's own plain loop does; or no more than the drive as delivered.
+    """A fifth of what the drive's own plain loop does.
 
-    The plain loop of a fast drive has a higher gain, and leaves the path by less.
+    That of a fast and late drive leaves 5 mm by 0.8 um only: no less than three edges of the coder
+    are asked for.
     """
     found = []
-    for drive, lines in ((real, real.tuned), (real, [*real.tuned, *PLAIN]), (Real(), [])):
-        with drive.on() as session:
+    for lines in real.tuned, [*real.tuned, *PLAIN]:
+        with real.on() as session:
             found.append(deviation(session, circle(radius), *lines).course)
-    now, plain, usual = found
-    print(f"{real}, circle of {radius:g} mm: {now:.2f} of {plain:.2f} um, {now / plain:.3f}; "
-          f"drives as delivered {usual:.2f}")
-    assert 0 < now <= max(plain / 5, usual + CODER_UM)
+    now, plain = found
+    print(f"{real}, circle of {radius:g} mm: {now:.2f} of {plain:.2f} um, {now / plain:.3f}")
+    assert 0 < now <= max(plain / 5, 3 * CODER_UM)
 
 
 @pytest.mark.parametrize("speed", [300, pytest.param(900, marks=pytest.mark.soak)])

@@ -13,21 +13,23 @@ import pytest
 from host.errors import UsageError
 from host.tune.command import told_of, tune
 from host.tune.drive import (
-    MODEL_LAG_S,
     Drive,
     Fit,
     Loop,
     Sample,
+    best_model_s,
     overshoot,
     phase_margin,
     response,
 )
 from host.tune.motions import TuneError, measuring, settings_of, speed_of
 from host.tune.tune import Measured, measured, proposal
+from softcore.registers import DRIVE_LAG_US
 from softcore.tables.settings import PULSES_PER_MM, SETTINGS
 from testbench.some import some
 
 TICK_S = 5e-5
+MODEL_LAG_S = DRIVE_LAG_US / 1e6        # of the model that the supervision has
 SET = {row.name: row.default for row in SETTINGS}
 GAIN = SET["loop_gain"]
 TRAVEL_MM = 3.0
@@ -59,6 +61,7 @@ class Machine:
         self.rng = random.Random(seed)
         self.time_s = 0.0
         self.command_mm = self.place = self.filtered = self.speed = self.model = 0.0
+        self.behind = 0.0       # what the feed-forward leaves out, in pulses
         self.goals, self.goal, self.line, self.feed = [], 0.0, 0, 0.0
         self.line_before, self.line_s = 0, 0.0
         self.late = [0.0] * max(1, round(real.dead_s / TICK_S))
@@ -84,9 +87,12 @@ class Machine:
             error = round((self.command_mm - self.place) * PULSES_PER_MM)
             core = error
             if share:   # in pulses, as Er
-                core += share * moving / by_step - self.model * MODEL_LAG_S * PULSES_PER_MM
+                core += share * moving / by_step - self.behind
             stands = abs(error) <= read["window"] and abs(core) <= (63 if rests else 15)
-            self.model += ((not stands) * core * by_step - self.model) * TICK_S / MODEL_LAG_S
+            told = (not stands) * core * by_step
+            self.model += (told - self.model) * TICK_S / MODEL_LAG_S
+            self.behind += (told * PULSES_PER_MM - self.behind * 1e6 / read["model_lag_y_us"]
+                            ) * TICK_S
             way = (self.model > SLOWEST) - (self.model < -SLOWEST)
             self.late.append((core + offset + read["drive_friction_y"] * way) * by_step)
             self.filtered += (real.gain * self.late.pop(0) + real.offset
@@ -168,7 +174,8 @@ def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
 
     wanted = proposal(settings, [one])
     assert wanted.values["loop_gain"] == pytest.approx(GAIN * one.drive.gain, abs=0.51)
-    assert 1.0 < wanted.values["drive_lag_us"] / (4000 + 1e6 * real.dead_s) < 1.35
+    # The firmware allows for a tenth more.
+    assert 0.93 < wanted.values["drive_lag_us"] / (4000 + 1e6 * real.dead_s) < 1.05
     step = real.gain * GAIN / PULSES_PER_MM     # mm/s
     assert wanted.values["drive_offset_down"] == (2 if real.offset > 0 else 0)
     for name, has in zip(STEPS, (abs(real.offset), real.friction), strict=True):
@@ -264,6 +271,35 @@ def test_the_response_is_that_of_the_formula():
     assert phase_margin(quick, Loop(50, 0)) == pytest.approx(90, abs=1)
     assert phase_margin(Drive(lag_s=1e-4, dead_s=10e-3), Loop(50, 0)) == pytest.approx(
         90 - math.degrees(0.5), abs=1)
+
+
+def inside(drive, loop, w):
+    """By which part of its radius a circle of so many rad/s is left to the inside."""
+    s = 1j * w
+    moved = drive.gain * np.exp(-s * drive.dead_s) / ((1 + s * drive.lag_s)
+                                                      * (1 + s * drive.filter_s))
+    model = loop.lead / (1 + s * loop.model_s)
+    return 1 - abs((loop.gain + loop.share * s) * moved / (s * (1 + model) + loop.gain * moved))
+
+
+LOOP = Loop(50, 1.0)
+
+
+@pytest.mark.parametrize("drive", [
+    Drive(filter_s=0.5e-3), Drive(dead_s=2e-3), Drive(lag_s=2e-3, filter_s=1e-3)])
+def test_with_the_lag_proposed_a_circle_is_kept_to_and_an_end(drive):
+    proposed = replace(LOOP, model_s=best_model_s(drive, LOOP))
+    assert overshoot(drive, proposed, 10) < 0.3e-3
+    for w in 2, 10:
+        assert abs(inside(drive, proposed, w)) < 0.1 * abs(inside(drive, Loop(50, 0), w))
+
+
+@pytest.mark.parametrize("gain", [0.9, 1.0, 1.05])
+def test_it_lies_halfway_to_the_lag_that_would_be_best_for_circles(gain):
+    drive = Drive(gain, filter_s=0.5e-3)
+    best = 2 * best_model_s(drive, LOOP) - drive.late_s
+    assert best > 1e-3
+    assert abs(inside(drive, replace(LOOP, model_s=best), 2)) < 0.01 * inside(drive, Loop(50, 0), 2)
 
 
 def test_axes_that_differ_are_told():
@@ -385,8 +421,8 @@ def test_the_bounds_are_those_of_what_is_left():
         proposal(SET, [by_hand(**drive)]).values
         for drive in ({}, {"offset": 0.1, "friction": 0.2}, {"friction": 255 * 0.005 + 0.2}))
     assert usual["follow_stopped"] == math.ceil(1.5 * 15) + 20
-    lead = 1 + GAIN * MODEL_LAG_S
     for found, friction in (made_up, 0.05), (beyond, (255 * 0.005 + 0.2) / 4 + 0.2):
+        lead = 1 + GAIN * found["model_lag_y_us"] / 1e6
         left = friction * lead / GAIN * PULSES_PER_MM
         assert found["follow_stopped"] == pytest.approx(1.5 * (15 + left) + 20, abs=1)
         assert usual["follow_moving"] < found["follow_moving"]
