@@ -145,9 +145,10 @@ SETTINGS: tuple[Setting, ...] = (
          "Time from a change of direction to the first step."),
     _set(421, "window", "lag up to which an axis is in position", "pulses",
          (15, 1, 4095), "axes", "An axis no further than this from its command is in position. A "
-         "drive that creeps without a command, by its offset, comes to rest within it: 15 pulses "
-         "at 50 1/s are 0.075 mm/s. If it needs more than 15, the supervision of the coders trips, "
-         "whatever this setting is."),
+         "drive with an offset or friction comes to rest within it: 15 pulses at 50 1/s are "
+         "0.075 mm/s. If it needs more, the supervision of its coder trips; it accepts up to 63 at "
+         "rest, whatever this setting is. `${drive_offset_x}` to `${drive_friction_z}` make up for "
+         "both."),
     _set(422, "tv", "tape: TV check", "", (0, 0, 1), "program",
          "1: a block with an odd number of characters is refused (alarm {alarm_tv}).",
          guards=False),
