@@ -31,8 +31,6 @@ LONGEST_S = 0.1
 # Leads, as shares of the drive's lags together, by their name in the table.
 LEADS = {"acceleration, 0.7 of the lags": 0.7, "acceleration, the lags": 1.0,
          "acceleration, 1.3 of the lags": 1.3}
-MODEL_S = 4.096e-3  # time constant of the model: 1/128 in every 32 us
-LAG_S = 4e-3        # by which its speed is multiplied
 RANGE = 1 << 15     # pulses of the error that are the converter's full scale
 
 
@@ -54,14 +52,20 @@ class Answer:
 
 
 def _lags_s(machine: Machine) -> float:
-    """Speed loop, current loop and the converter's filter together."""
-    return 1e-3 * sum(machine.number("axis", f"{name}_ms")
-                      for name in ("speed_loop", "current_loop", "filter"))
+    """Speed loop and the converter's filter; the current loop lies within the speed loop."""
+    return 1e-3 * sum(machine.number("axis", f"{name}_ms") for name in ("speed_loop", "filter"))
+
+
+def _setting(machine: Machine, name: str) -> float:
+    """A setting in the machine's file, or as delivered."""
+    setting = named(name)
+    return float(machine.settings.get(str(setting.number), setting.default))
 
 
 def answer(machine: Machine, speed_mm_min: float, way: Way) -> Answer:
     """What the electrode does if the path goes back at a speed."""
     axis = machine.tables["axis"]
+    model_s = _setting(machine, "model_lag_z_us") / 1e6
     step_s, full = machine.tables["tick_us"] * 1e-6, axis["full_speed_mm_s"]
     gain = full * machine.pulses_per_mm / RANGE
     follow = 1 - math.exp(-step_s / (axis["filter_ms"] * 1e-3))
@@ -75,9 +79,9 @@ def answer(machine: Machine, speed_mm_min: float, way: Way) -> Answer:
         rise = min(way.acceleration_mm_s2, (wanted - ramp) / step_s)
         ramp += rise * step_s
         command += ramp * step_s
-        lag = LAG_S * model - way.lead_s * ramp
+        lag = model_s * model - way.lead_s * ramp
         asked = max(-full, min(full, ramp + way.lead_s * rise + gain * (command - place - lag)))
-        model += (asked - model) * step_s / MODEL_S
+        model += (asked - model) * step_s / model_s
         filtered += (asked - filtered) * follow
         pull = max(-most, min(most, (filtered - speed) / (axis["speed_loop_ms"] * 1e-3)))
         acceleration += (pull - acceleration) * torque
@@ -100,14 +104,12 @@ def soonest_ms(machine: Machine, speed_mm_min: float, um: float) -> float:
 
 
 def _ways(machine: Machine) -> Iterator[tuple[str, Way]]:
-    def setting(name: str) -> float:
-        number = named(name).number
-        return float(machine.tables["settings"].get(str(number), named(name).default))
-
-    start = (setting("back_start_speed_um_s") or setting("start_speed_um_s")) / 1000
+    start = (_setting(machine, "back_start_speed_um_s")
+             or _setting(machine, "start_speed_um_s")) / 1000
     most = machine.number("axis", "max_acceleration_mm_s2")
     yield "velocity, ramp as delivered", Way(
-        start, setting("back_acceleration_mm_s2") or setting("acceleration_mm_s2"))
+        start, _setting(machine, "back_acceleration_mm_s2")
+        or _setting(machine, "acceleration_mm_s2"))
     yield "velocity, ramp from rest", Way(0.0, most)
     for name, share in LEADS.items():
         yield name, Way(0.0, most, share * _lags_s(machine))

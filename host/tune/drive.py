@@ -39,6 +39,8 @@ WELL_MM = 1e-3              # deviation up to which the drive explains its motio
 NEAR = 1.5                  # of the highest and the lowest limit that the samples allow, at most
 BOUND = 0.9                 # of the acceleration that a drive without a limit has shown
 
+END_SHARE = 1 / 3           # of the way from the best lag for circles to the best for ends
+
 DECAYS = np.geomspace(0.3, 4, 24)   # rates at which a start may decay, of the gain that is set
 
 # Of the fit, by parameter: lag, filter and dead time in ms, and the logarithm to base 2 of the
@@ -360,15 +362,16 @@ def best_model_s(drive: Drive, loop: Loop) -> float:
 
         c = ((1 + x) / g)**2 - 2 (K L (1 + x) - x**2) / g - f**2
 
-    The result lies half-way between the x for which c is 0, or smallest, and the lag of the drive:
-    with the former an axis that stops at once goes beyond the end, with the latter it does not.
+    The result lies between the x for which c is 0, or smallest, and the lag of the drive, nearer to
+    the first: with it alone an axis that stops at once would go beyond the end by some tenths of a
+    micrometre, with the lag it does not.
     """
     g, behind = drive.gain, loop.gain * drive.late_s
     square, linear = 1 / g**2 + 2 / g, 2 / g**2 - 2 * behind / g
     constant = 1 / g**2 - 2 * behind / g - loop.share**2
     root = math.sqrt(max(0.0, linear**2 - 4 * square * constant))
     least = (root - linear) / (2 * square) / loop.gain
-    return (least + drive.late_s) / 2
+    return least + END_SHARE * (drive.late_s - least)
 
 
 def phase_margin(drive: Drive, loop: Loop) -> float:

@@ -14,36 +14,40 @@ from host.machines.machine import Machine
 from host.run import simulation
 from host.run.controller import Controller
 from host.tune.command import tune
-from softcore.tables.settings import named
+from softcore.tables.settings import PULSES_PER_MM, assign, named
 from testbench.live import serving
 
 SINKER = machines.load("sinker")
+AXIS = SINKER.tables["axis"]
 BOOTED_S = 0.3
 GAIN = named("loop_gain").default
 
 
-def axis(gain):
+def axis(gain, **more):
     """The axes of the sinker, their drives with another gain than the setting says."""
     usual = SINKER.tables["axis"]
-    return usual | {"full_speed_mm_s": gain * usual["full_speed_mm_s"]}
+    return usual | {"full_speed_mm_s": gain * usual["full_speed_mm_s"]} | more
 
 
 def ready(url):
-    """The operator has unlocked the machine, and accepts the counted position."""
+    """The operator has unlocked the machine, and accepts the counted position.
+
+    A drive with friction may stand beside its place.
+    """
     port = Port(url, 1_000_000)
     try:
         Controller(port, SINKER, clock_hz=SINKER.clock_hz, say=print).identify(reset=False)
         link = Link(port, print)
         link.await_greeting()
-        for line in ("$X", "$POSITION=HERE"):
+        for line in (assign("window", 63), "$X", "$POSITION=HERE"):
             link.command(line)
     finally:
         port.close()
 
 
-def tuned(ways, workdir, gain, travel=2.0):
+def tuned(ways, workdir, gain, travel=2.0, **more):
     """Proposal, and what was told, for a machine whose drives have a gain."""
-    machine = simulation.start(Machine(SINKER.name, SINKER.tables | {"axis": axis(gain)}),
+    machine = simulation.start(Machine(SINKER.name, SINKER.tables | {"axis": axis(gain, **more)}),
                                clock_hz=SINKER.clock_hz, seed=1, waves=None, trace=False,
                                progress=print)
     picture = workdir / "tune.svg"
@@ -74,3 +78,20 @@ def test_the_drives_of_the_simulated_machine_are_found(gain, tmp_path):
     assert "nothing has been changed" in told
     assert f"${named('loop_gain').number}={wanted.values['loop_gain']}" in told
     assert "Z: following error" in picture
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("gain", "offset"), [(0.7, 0.05), (1.3, -0.05)])
+def test_a_drive_with_offset_friction_and_dead_time_is_found(gain, offset, tmp_path):
+    wanted, told, _ = tuned("Z+", tmp_path, gain, 3.0, offset_mm_s=offset, friction_mm_s=0.1,
+                            dead_time_ms=2.0)
+    print(told)
+    step = gain * GAIN / PULSES_PER_MM      # mm/s
+    values = wanted.values
+    assert values["loop_gain"] == pytest.approx(gain * GAIN, abs=0.6)
+    assert values["drive_offset_z"] == pytest.approx(abs(offset) / step, abs=1)
+    assert values["drive_offset_down"] == (4 if offset > 0 else 0)
+    assert values["drive_friction_z"] == pytest.approx(0.1 / step, abs=2)
+    lag_us = 1e6 * sum(AXIS[name] for name in ("speed_loop_ms", "filter_ms")) / 1000 + 2000
+    assert values["drive_lag_us"] == pytest.approx(lag_us, rel=0.06)
+    assert 0.85 * lag_us < values["model_lag_z_us"] < lag_us

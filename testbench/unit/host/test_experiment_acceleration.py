@@ -14,7 +14,7 @@ from host.run.clearing import alone
 
 SINKER = machines.load("sinker")
 AXIS = SINKER.tables["axis"]
-LAGS_S = 4e-3       # speed loop, current loop and filter of the sinker
+LAGS_S = 3.5e-3     # speed loop and filter of the sinker
 AT_ONCE = Way(1000.0, 5000.0)
 
 

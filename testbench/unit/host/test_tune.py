@@ -295,9 +295,9 @@ def test_with_the_lag_proposed_a_circle_is_kept_to_and_an_end(drive):
 
 
 @pytest.mark.parametrize("gain", [0.9, 1.0, 1.05])
-def test_it_lies_halfway_to_the_lag_that_would_be_best_for_circles(gain):
+def test_it_lies_beyond_the_lag_that_would_be_best_for_circles(gain):
     drive = Drive(gain, filter_s=0.5e-3)
-    best = 2 * best_model_s(drive, LOOP) - drive.late_s
+    best = (3 * best_model_s(drive, LOOP) - drive.late_s) / 2
     assert best > 1e-3
     assert abs(inside(drive, replace(LOOP, model_s=best), 2)) < 0.01 * inside(drive, Loop(50, 0), 2)
 
