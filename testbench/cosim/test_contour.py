@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contours at 600 mm/min: the loop of the machine's file, beside the plain loop of the patent.
+"""Contours at 600 mm/min: the loop of the machine's file beside that of the first patent.
 
 ``pytest -s -m "soak or not soak" testbench/cosim/test_contour.py`` tells all figures.
 """

@@ -87,15 +87,15 @@ def test_a_setting_of_grbl_is_changed_in_one_place():
 
 
 def test_a_setting_is_changed_in_one_place():
-    table = altered(SETTINGS, "no_progress_s", number=560, highest=7, default=5, unit="min",
+    table = altered(SETTINGS, "no_progress_s", number=599, highest=7, default=5, unit="min",
                     guards=False, title="new title", meaning="New meaning.")
-    assert "[SET_NO_PROGRESS_S] = {5, 0, 7, 560, GROUP_GAP, false, false,\n" \
+    assert "[SET_NO_PROGRESS_S] = {5, 0, 7, 599, GROUP_GAP, false, false,\n" \
            '        "new title", "min", "no progress"},' in render.settings_source(table)
-    assert cells(render.settings_page(table), "`$560`") == [
-        "`$560`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
+    assert cells(render.settings_page(table), "`$599`") == [
+        "`$599`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
     assert "| `$444` |" not in render.settings_page(table)
-    assert settings.assign("no_progress_s", 7, table) == "$560=7"
-    with pytest.raises(ValueError, match=r"^setting 560 \(no_progress_s\) must be 0 to 7, not 8$"):
+    assert settings.assign("no_progress_s", 7, table) == "$599=7"
+    with pytest.raises(ValueError, match=r"^setting 599 \(no_progress_s\) must be 0 to 7, not 8$"):
         settings.assign("no_progress_s", 8, table)
 
 
