@@ -49,14 +49,14 @@ class Tuning:
         tended = _Tended(link, tend)
         try:
             settings = settings_of(tended)
-            with measuring(link, settings):
+            with measuring(link, settings) as kept:
                 samples = {axis: sampled(tended, settings, axis, way, self.travel_mm,
                                          time_s=link.pipe.time_s)
                            for axis, way in self._moves.items()}
         except UserError as error:
             self.told.append(str(error))
             raise
-        self.told.append("The axes have moved. Now the drives are calculated.")
+        self.told += [*kept, "The axes have moved. Now the drives are calculated."]
         threading.Thread(target=self._find, args=(settings, samples), name="tuning",
                          daemon=True).start()
 

@@ -49,7 +49,7 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
         link.await_greeting()
         link.command("$X")
         settings, found = settings_of(link), []
-        with measuring(link, settings):
+        with measuring(link, settings) as kept:
             for axis, way in moves.items():
                 one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
                 found.append(one)
@@ -57,9 +57,9 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
     finally:
         port.close()
     wanted = proposal(settings, found)
-    for note in wanted.notes:
+    for note in [*kept, *wanted.notes]:
         say(note)
-    say("Proposed; nothing has been changed. Enter what you want:")
+    say(f"Proposed; nothing {'else ' if kept else ''}has been changed. Enter what you want:")
     for name, value in wanted.values.items():
         say(f"${named(name).number}={value}   (now {settings[name]}: {named(name).title})")
     try:
@@ -93,7 +93,7 @@ def told_of(one: Measured, settings: Mapping[str, int]) -> str:
     axis = one.axis.lower()
     set_already = [f"${named(name).number}" for name in (f"drive_offset_{axis}",
                                                          f"drive_friction_{axis}")
-                   if settings[name]]
+                   if settings[name] != named(name).default]
     beside = f" beside what {' and '.join(set_already)} make up for" if set_already else ""
     return (f"{one.axis}: loop gain {settings['loop_gain'] * drive.gain:.1f} 1/s "
             f"(set: {settings['loop_gain']}), offset {drive.offset:+.3f} mm/s, friction "

@@ -85,7 +85,7 @@ def settings_of(link: Controlled) -> dict[str, int]:
     wanted = ("loop_gain", "feed_forward", "drive_lag_us", CORNERS.name, WINDOW.name, DRY.name,
               "start_speed_um_s", "highest_speed_mm_min", "step_axes", "follow_moving",
               "follow_stopped", "back_acceleration_mm_s2", "acceleration_mm_s2",
-              "drive_offset_down", *(f"{name}_{axis.lower()}" for axis in AXES for name in (
+              *(f"{name}_{axis.lower()}" for axis in AXES for name in (
                   "highest_speed", "drive_offset", "drive_friction")),
               *(model_lag(axis) for axis in AXES))
     missing = [name for name in wanted if named(name).number not in found]
@@ -117,8 +117,11 @@ def meanwhile(settings: Mapping[str, int]) -> dict[str, int]:
 
 
 @contextmanager
-def measuring(link: Controlled, settings: Mapping[str, int]) -> Iterator[None]:
+def measuring(link: Controlled, settings: Mapping[str, int]) -> Iterator[list[str]]:
     """Settings are as the measurement needs them (``meanwhile``), and what they were after it.
+
+    A window that an axis stands outside of is not put back, as the supervision of its coder would
+    trip: a sentence in the list says so then.
 
     Whatever ends it early holds the machine. What is left of a motion on hold is given up, by a
     reset at rest: the position stays.
@@ -129,14 +132,16 @@ def measuring(link: Controlled, settings: Mapping[str, int]) -> Iterator[None]:
         If the controller does not take one; the text says what to enter then.
     """
     changed: list[str] = []
-    moved = False
+    kept: list[str] = []
+    moved = ended = False
     try:
         for name, value in meanwhile(settings).items():
             if settings[name] != value:
                 changed.append(assign(name, settings[name]))    # it may be taken unanswered
                 link.command(assign(name, value))
         moved = True
-        yield
+        yield kept
+        ended = True
     except BaseException as error:  # Ctrl-C, too: nobody looks any more at what has been ordered
         if moved:
             link.press(HOLD)
@@ -144,11 +149,16 @@ def measuring(link: Controlled, settings: Mapping[str, int]) -> Iterator[None]:
             changed.pop()
         raise
     finally:
-        _put_back(link, changed, moved=moved)
+        _put_back(link, changed, moved=moved, kept=kept if ended else None)
 
 
-def _put_back(link: Controlled, changed: Sequence[str], *, moved: bool) -> None:
-    """Enter the lines ``changed``; at rest, and with nothing left to move, if it has moved."""
+def _put_back(link: Controlled, changed: Sequence[str], *, moved: bool,
+              kept: list[str] | None) -> None:
+    """Enter the lines ``changed``; at rest, and with nothing left to move, if it has moved.
+
+    With ``kept``, not a window that an axis stands outside of, and say so there.
+    """
+    away = 0        # pulses
     try:
         if moved:
             end = link.pipe.time_s() + REST_S
@@ -157,7 +167,14 @@ def _put_back(link: Controlled, changed: Sequence[str], *, moved: bool) -> None:
             if told["state"] == "Hold":
                 link.press(RESET)
                 link.await_greeting()
+            away = max(abs(int(error)) for error in told.get("Er", "0").split(","))
         for line in changed:
+            number, value = line[1:].split("=")
+            if kept is not None and int(number) == WINDOW.number and away > int(value):
+                kept.append(f"an axis stands {away} pulses from its place, so ${number} is left as "
+                            "it was while measuring: else the supervision of its coder would trip. "
+                            f"Enter {line} once offset and friction are made up for.")
+                continue
             link.command(line)
     except UserError as error:
         if not changed:

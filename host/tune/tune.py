@@ -107,8 +107,7 @@ def _offset(axis: str) -> str:
 
 def _offset_of(settings: Mapping[str, int], axis: str) -> int:
     """Offset that is made up for, with its sign."""
-    down = settings["drive_offset_down"] >> AXES.index(axis) & 1
-    return -settings[_offset(axis)] if down else settings[_offset(axis)]
+    return settings[_offset(axis)] - named(_offset(axis)).default
 
 
 def measured(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
@@ -252,20 +251,19 @@ def _held(settings: Mapping[str, int], axes: Sequence[Measured]) -> list[str]:
 def _made_up(settings: Mapping[str, int], axes: Sequence[Measured],
              notes: list[str]) -> dict[str, int]:
     """Offset and friction of each axis in steps of the DAC: what is set, and what is left."""
-    down, values = settings["drive_offset_down"], {}
+    values = {}
     for one in axes:
-        step, bit = _step(one, settings), 1 << AXES.index(one.axis)
-        offset = _offset_of(settings, one.axis) - round(one.drive.offset / step)
-        down = down | bit if offset < 0 else down & ~bit
-        wanted = {_offset(one.axis): abs(offset),
+        left = round(one.drive.offset / _step(one, settings))
+        wanted = {_offset(one.axis): _offset_of(settings, one.axis) - left,
                   _friction(one.axis): _friction_steps(one, settings, notes)}
         for name, steps in wanted.items():
-            values[name] = min(steps, named(name).highest)
-            if values[name] != steps:
-                notes.append(f"{one.axis}: {steps} steps are needed for ${named(name).number}, "
-                             f"which takes {named(name).highest} at most: lower what the drive "
-                             "has at its amplifier.")
-    return values | {"drive_offset_down": down}
+            setting = named(name)       # as delivered it makes up for nothing
+            values[name] = min(max(setting.default + steps, setting.lowest), setting.highest)
+            if values[name] != setting.default + steps:
+                notes.append(f"{one.axis}: {abs(steps)} steps are needed for ${setting.number}, "
+                             f"which takes {abs(values[name] - setting.default)} at most: lower "
+                             "what the drive has at its amplifier.")
+    return values
 
 
 def _friction_steps(one: Measured, settings: Mapping[str, int], notes: list[str]) -> int:
@@ -321,5 +319,6 @@ def _pulses(way_mm: float) -> int:
 def _highest_gain(drive: Drive, loop: Loop) -> float:
     """The highest true gain, in 1/s, with the phase margin that is recommended."""
     tried = np.geomspace(1, loop.gain, 60)
-    good = [one for one in tried if phase_margin(drive, Loop(float(one), loop.share)) >= MARGIN_DEG]
+    good = [one for one in tried
+            if phase_margin(drive, replace(loop, gain=float(one))) >= MARGIN_DEG]
     return float(max(good, default=tried[0])) * drive.gain

@@ -23,8 +23,9 @@ FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmwar
 PULSES_PER_MM = 10_000          # of the path
 LARGEST_GEAR = 1 << 16
 LARGEST_BACKLASH = (1 << 13) - 1    # pulses
-LARGEST_OFFSET = (1 << 11) - 1      # steps of the DAC
-LARGEST_FRICTION = (1 << 8) - 1
+# With a coder that is lost at rest nothing but this bounds the speed by a wrong offset: 1.3 mm/s.
+NO_OFFSET = 256                 # steps of the DAC: what stands for none, as a setting has no sign
+LARGEST_FRICTION = (1 << 7) - 1
 DAC_STEPS = "steps of the DAC"
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
@@ -369,28 +370,27 @@ SETTINGS: tuple[Setting, ...] = (
                                                    ("space", "step pulse space"),
                                                    ("setup", "direction before step"))
            for axis in "xyz"), start=542)),
-    *(_set(number, f"drive_offset_{axis}", f"offset of {axis.upper()}'s drive, made up for",
-           DAC_STEPS, (0, 0, LARGEST_OFFSET), "axes",
-           "Velocity command at which the axis stands still: it is added to that of the position "
-           "loop. Its sign is in `${drive_offset_down}`. The DAC has 32768 steps to full scale; "
-           "`${loop_gain}` times one path pulse is the speed of one. `gapkeeper tune` measures it.")
+    *(_set(number, f"drive_offset_{axis}", f"offset of {axis.upper()}'s drive made up for, "
+           f"{NO_OFFSET} none", DAC_STEPS, (NO_OFFSET, 1, 2 * NO_OFFSET - 1), "axes",
+           "Velocity command at which the axis stands still; it is added to that of the position "
+           f"loop. {NO_OFFSET} is none, {NO_OFFSET + 10} is 10 steps upwards, {NO_OFFSET - 10} 10 "
+           "downwards. The DAC has 32768 steps to full scale; `${loop_gain}` times one path pulse "
+           "is the speed of one. `gapkeeper tune` measures it.")
       for number, axis in enumerate("xyz", start=551)),
-    _set(554, "drive_offset_down", "axes whose drive creeps up, mask", "", (0, 0, 7), "axes",
-         "Axes whose offset (`${drive_offset_x}` to `${drive_offset_z}`) is taken from the "
-         "velocity command, not added to it: the sum of 1 for X, 2 for Y, 4 for Z."),
-    *(_set(number, f"drive_friction_{axis}", f"friction of {axis.upper()}'s drive, made up for",
+    *(_set(number, f"drive_friction_{axis}", f"friction of {axis.upper()}'s drive made up for",
            DAC_STEPS, (0, 0, LARGEST_FRICTION), "axes",
            "Velocity command that friction takes: it is added in the direction of motion. For "
            "drives whose speed falls short by friction; an amplifier with an integral part needs "
-           "none. More than the friction there is makes the axis restless. `gapkeeper tune` "
+           "none. With some 35 steps more than there is friction an axis swings about its place "
+           "and never rests; to lower the setting then, press the emergency stop. `gapkeeper tune` "
            "measures it.")
-      for number, axis in enumerate("xyz", start=555)),
+      for number, axis in enumerate("xyz", start=554)),
     *(_set(number, f"model_lag_{axis}_us", f"lag of {axis.upper()}'s drive, for the feed-forward",
            "us", (4096, 500, 8000), "loop",
            "The way by which the drive is behind its command anyway is no error to be made up for: "
            "`${feed_forward}` leaves it out, reckoned with this lag. A little less than the true "
            "one follows arcs best. `gapkeeper tune` proposes it.")
-      for number, axis in enumerate("xyz", start=558)),
+      for number, axis in enumerate("xyz", start=557)),
 )
 
 

@@ -14,7 +14,7 @@ from host.machines.machine import Machine
 from host.run import simulation
 from host.run.controller import Controller
 from host.tune.command import tune
-from softcore.tables.settings import PULSES_PER_MM, assign, named
+from softcore.tables.settings import NO_OFFSET, PULSES_PER_MM, assign, named
 from testbench.live import serving
 
 SINKER = machines.load("sinker")
@@ -89,8 +89,7 @@ def test_a_drive_with_offset_friction_and_dead_time_is_found(gain, offset, tmp_p
     step = gain * GAIN / PULSES_PER_MM      # mm/s
     values = wanted.values
     assert values["loop_gain"] == pytest.approx(gain * GAIN, abs=0.6)
-    assert values["drive_offset_z"] == pytest.approx(abs(offset) / step, abs=1)
-    assert values["drive_offset_down"] == (4 if offset > 0 else 0)
+    assert values["drive_offset_z"] == pytest.approx(NO_OFFSET - offset / step, abs=1)
     assert values["drive_friction_z"] == pytest.approx(0.1 / step, abs=2)
     lag_us = 1e6 * sum(AXIS[name] for name in ("speed_loop_ms", "filter_ms")) / 1000 + 2000
     assert values["drive_lag_us"] == pytest.approx(lag_us, rel=0.06)

@@ -112,7 +112,6 @@ typedef enum {
     SET_DRIVE_OFFSET_X,
     SET_DRIVE_OFFSET_Y,
     SET_DRIVE_OFFSET_Z,
-    SET_DRIVE_OFFSET_DOWN,
     SET_DRIVE_FRICTION_X,
     SET_DRIVE_FRICTION_Y,
     SET_DRIVE_FRICTION_Z,
@@ -124,7 +123,7 @@ typedef enum {
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 560u
+#define SETTINGS_LAST 559u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

@@ -7,7 +7,7 @@ import pytest
 
 from softcore.tables.causes import numbers
 from softcore.tables.faults import error_line
-from softcore.tables.settings import LARGEST_GEAR, assign, named
+from softcore.tables.settings import LARGEST_GEAR, NO_OFFSET, assign, named
 from testbench.firmware import Controller
 from testbench.travel import load
 
@@ -51,10 +51,10 @@ def test_offset_and_friction_reach_the_axis(machine):
         return tuple(words[5:])
 
     assert [beside(axis) for axis in "xyz"] == [(0, 0)] * 3
-    for name, value in {"drive_offset_x": 17, "drive_offset_y": 2047, "drive_offset_down": 6,
-                        "drive_offset_z": 5, "drive_friction_y": 255}.items():
+    for name, value in {"drive_offset_x": NO_OFFSET + 17, "drive_offset_y": 1,
+                        "drive_offset_z": 2 * NO_OFFSET - 1, "drive_friction_y": 127}.items():
         assert machine.line(assign(name, value)) == ["ok"]
-    assert [beside(axis) for axis in "xyz"] == [(17, 0), (-2047, 255), (-5, 0)]
+    assert [beside(axis) for axis in "xyz"] == [(17, 0), (-255, 127), (255, 0)]
     assert not lost(machine)
 
 

@@ -25,7 +25,7 @@ from host.tune.drive import (
 from host.tune.motions import TuneError, measuring, settings_of, speed_of
 from host.tune.tune import Measured, measured, proposal
 from softcore.registers import DRIVE_LAG_US
-from softcore.tables.settings import PULSES_PER_MM, SETTINGS
+from softcore.tables.settings import NO_OFFSET, PULSES_PER_MM, SETTINGS
 from testbench.some import some
 
 TICK_S = 5e-5
@@ -73,7 +73,7 @@ class Machine:
         real, read = self.real, self.settings
         by_step = read["loop_gain"] / PULSES_PER_MM     # mm/s
         share = read["feed_forward"] / 100
-        offset = read["drive_offset_y"] * (-1 if read["drive_offset_down"] & 2 else 1)
+        offset = read["drive_offset_y"] - NO_OFFSET
         for _ in range(round(seconds / TICK_S)):
             self.time_s += TICK_S
             if self.goals and self.command_mm == self.goal:
@@ -177,9 +177,9 @@ def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
     # The firmware allows for a tenth more.
     assert 0.93 < wanted.values["drive_lag_us"] / (4000 + 1e6 * real.dead_s) < 1.05
     step = real.gain * GAIN / PULSES_PER_MM     # mm/s
-    assert wanted.values["drive_offset_down"] == (2 if real.offset > 0 else 0)
-    for name, has in zip(STEPS, (abs(real.offset), real.friction), strict=True):
-        assert wanted.values[name] == pytest.approx(has / step, abs=1.0)
+    for name, has in zip(STEPS, (NO_OFFSET - real.offset / step, real.friction / step),
+                         strict=True):
+        assert wanted.values[name] == pytest.approx(has, abs=1.0)
 
     # The amplifier has not changed: its scale is what the setting now says.
     right = replace(real, gain=real.gain * GAIN / wanted.values["loop_gain"])
@@ -200,7 +200,6 @@ def test_a_drive_is_found_and_stable_with_what_is_proposed(real, share):
     again = anew.values
     assert "may rest" not in " ".join(anew.notes)
     assert again["loop_gain"] == pytest.approx(wanted.values["loop_gain"], abs=1)
-    assert again["drive_offset_down"] == wanted.values["drive_offset_down"]
     for name in STEPS:
         assert again[name] == pytest.approx(wanted.values[name], abs=1)
 
@@ -391,24 +390,23 @@ def by_hand(axis="Y", scatter=0.001, **drive):
 # By settings in force and drive as found beside them: offset and its sign, friction of Y. A step of
 # the DAC is 0.005 mm/s at 50 1/s.
 @pytest.mark.parametrize(("now", "drive", "offset", "friction", "note"), [
-    ((0, 0, 0), {"offset": 0.05, "friction": 0.1}, -10, 20, ""),
-    ((0, 0, 0), {"offset": -0.05, "friction": 0.1, "gain": 0.5}, 20, 40, ""),
-    ((10, 2, 20), {"offset": 0.01, "friction": 0.02}, -12, 24, ""),
-    ((10, 2, 20), {"offset": -0.1, "friction": -0.05}, 10, 10, ""),
-    ((10, 0, 20), {"offset": 0.05, "friction": 0.014}, 0, 20, "friction of +0.014 mm/s beside"),
-    ((10, 0, 0), {"friction": 0.1, "scatter": 0.04}, 10, 0, "told from none (up to 0.120)"),
-    ((0, 0, 5), {"friction": -0.05}, 0, 0, "Y: slow motion is faster than the gain says, by 0.050"),
-    ((0, 0, 0), {"offset": 11.0, "friction": 2.0}, -2047, 255, "Y: 2200 steps are needed for $552, "
-     "which takes 2047 at most"),
-    ((0, 0, 0), {"friction": 2.0}, 0, 255, "Y: 400 steps are needed for $556"),
+    ((0, 0), {"offset": 0.05, "friction": 0.1}, -10, 20, ""),
+    ((0, 0), {"offset": -0.05, "friction": 0.1, "gain": 0.5}, 20, 40, ""),
+    ((-10, 20), {"offset": 0.01, "friction": 0.02}, -12, 24, ""),
+    ((-10, 20), {"offset": -0.1, "friction": -0.05}, 10, 10, ""),
+    ((10, 20), {"offset": 0.05, "friction": 0.014}, 0, 20, "friction of +0.014 mm/s beside"),
+    ((10, 0), {"friction": 0.1, "scatter": 0.04}, 10, 0, "told from none (up to 0.120)"),
+    ((0, 5), {"friction": -0.05}, 0, 0, "Y: slow motion is faster than the gain says, by 0.050"),
+    ((0, 0), {"offset": 11.0, "friction": 2.0}, -255, 127, "Y: 2200 steps are needed for $552, "
+     "which takes 255 at most"),
+    ((0, 0), {"friction": 2.0}, 0, 127, "Y: 400 steps are needed for $555"),
 ])
 def test_offset_and_friction_are_proposed_beside_what_is_made_up_for(now, drive, offset, friction,
                                                                      note):
-    others = {"drive_offset_down": 5 | now[1], "drive_offset_x": 7, "drive_friction_z": 9}
-    settings = SET | others | dict(zip(STEPS, (now[0], now[2]), strict=True))
+    settings = SET | {"drive_offset_x": 7, "drive_friction_z": 9,
+                      STEPS[0]: NO_OFFSET + now[0], STEPS[1]: now[1]}
     found = proposal(settings, [by_hand(**drive)])
-    assert (found.values[STEPS[0]], found.values[STEPS[1]]) == (abs(offset), friction)
-    assert found.values["drive_offset_down"] == (7 if offset < 0 else 5), "the others keep theirs"
+    assert (found.values[STEPS[0]] - NO_OFFSET, found.values[STEPS[1]]) == (offset, friction)
     assert not {"drive_offset_x", "drive_friction_z"} & found.values.keys()
     told = " ".join(found.notes)
     assert note in told
@@ -419,9 +417,9 @@ def test_the_bounds_are_those_of_what_is_left():
     """Offset and friction that are made up for leave a quarter of the friction, and the window."""
     usual, made_up, beyond = (
         proposal(SET, [by_hand(**drive)]).values
-        for drive in ({}, {"offset": 0.1, "friction": 0.2}, {"friction": 255 * 0.005 + 0.2}))
+        for drive in ({}, {"offset": 0.1, "friction": 0.2}, {"friction": 127 * 0.005 + 0.2}))
     assert usual["follow_stopped"] == math.ceil(1.5 * 15) + 20
-    for found, friction in (made_up, 0.05), (beyond, (255 * 0.005 + 0.2) / 4 + 0.2):
+    for found, friction in (made_up, 0.05), (beyond, (127 * 0.005 + 0.2) / 4 + 0.2):
         lead = 1 + GAIN * found["model_lag_y_us"] / 1e6
         left = friction * lead / GAIN * PULSES_PER_MM
         assert found["follow_stopped"] == pytest.approx(1.5 * (15 + left) + 20, abs=1)
@@ -444,7 +442,7 @@ def test_an_axis_that_may_rest_beside_its_place_is_told():
 def test_what_was_found_is_told_with_what_is_made_up_for():
     one = by_hand(offset=-0.05, friction=0.1)
     assert "offset -0.050 mm/s, friction 0.100 mm/s, lags" in told_of(one, SET)
-    assert ("friction 0.100 mm/s beside what $552 and $556 make up for, lags"
+    assert ("friction 0.100 mm/s beside what $552 and $555 make up for, lags"
             in told_of(one, SET | dict.fromkeys(STEPS, 1)))
 
 

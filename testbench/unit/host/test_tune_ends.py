@@ -20,7 +20,7 @@ class Script:
     """A controller in a motion of an hour, as a link: a hold stops it, a reset gives it up."""
 
     def __init__(self, state="Run"):
-        self.state, self.done, self.now = state, [], 0.0
+        self.state, self.done, self.now, self.errors = state, [], 0.0, "0,0,0"
         self.pipe = self
 
     def time_s(self):
@@ -49,7 +49,7 @@ class Script:
 
     def status(self):
         state, _, substate = self.state.partition(":")
-        return {"state": state} | ({"substate": substate} if substate else {})
+        return {"state": state, "Er": self.errors} | ({"substate": substate} if substate else {})
 
 
 @pytest.mark.parametrize("reason", [KeyboardInterrupt, RefusedError("N3 G01 X3", "no")])
@@ -71,6 +71,16 @@ def test_at_rest_and_in_an_alarm_nothing_is_reset(state):
     with measuring(link, SET):
         link.state = state
     assert link.done == [*MEANWHILE, *BEFORE]
+
+
+@pytest.mark.parametrize(("errors", "stays"), [("3,-15,0", False), ("0,0,-16", True)])
+def test_a_window_that_an_axis_stands_outside_of_stays_and_this_is_told(errors, stays):
+    link = Script("Idle")
+    with measuring(link, SET) as kept:
+        link.errors = errors
+    assert link.done == [*MEANWHILE, *(BEFORE[:1] if stays else BEFORE)]
+    assert [re.search(r"stands (\d+) pulses .* Enter (\S+) once", one).groups()
+            for one in kept] == ([("16", BEFORE[1])] if stays else [])
 
 
 def test_a_window_that_is_wide_enough_and_a_bound_that_is_off_stay():
