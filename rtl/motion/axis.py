@@ -116,7 +116,7 @@ class Axis(wiring.Component):
 
     Latency, in clocks after the one that has Pi or ``fp``: 1 to ``command``, ``position`` and
     ``error``; 2 to ``in_position``; 3 to ``dac`` (sigma-delta), 2 to ``step``, 3 to the following
-    errors. From ``forward`` to ``dac`` it takes 3, from ``offset`` and ``friction`` 4. ``safe``
+    errors. From ``forward`` to ``dac`` it takes 3, from the offset and the friction 5. ``safe``
     takes ``dac`` and ``step`` low in 1 clock. From an edge of the encoder to ``fp``: ``Encoder``,
     3.
 

@@ -38,11 +38,12 @@ def _size(a):
 class Supervision(wiring.Component):
     """Compares feedback pulses with a model of the drive, in force without any setting.
 
-    The drive is commanded a speed of ``gain`` times ``size``: Er with the feed-forward, as at the
-    DAC. In every tick the model's speed approaches that command by 1/128 of the difference: a lag
-    of 4 ms, as filter, current loop and speed loop have. While ``standing`` the commanded speed
-    counts as 0 unless ``size`` is above 15, since a real drive has an offset; while the path rests
-    too, unless it is above 63, since a drive with friction stands still at such a command.
+    The drive is commanded a speed of ``gain`` times ``size``: Er with the feed-forward, without the
+    offset and the friction that are made up for. In every tick the model's speed approaches that
+    command by 1/128 of the difference: a lag of 4 ms, as filter and speed loop have. While
+    ``standing`` the commanded speed counts as 0 unless ``size`` is above 15, since a real drive has
+    an offset; while the path rests too, unless it is above 63, since a drive with friction stands
+    still at such a command.
 
     ``check`` is raised, and stays until ``clear``, when one of these fails:
 
@@ -88,7 +89,7 @@ class Supervision(wiring.Component):
     gain : In(14)
         Velocity gain of the position loop, in 2**-20 pulse/tick per pulse of ``size``.
     size : In(15), negative : In(1)
-        Magnitude and sign of the velocity command, as at the DAC.
+        Magnitude and sign of the velocity command, without offset and friction.
     standing : In(1)
         The axis is in position.
     resting : In(1)

@@ -205,6 +205,8 @@ LINK = (
          "the bound on arcs knows the drive's lag"),
         ("percent * percent * 100", "percent * 10000", "the bound on arcs follows from the share"),
         ("i < 2; i++", "i < 1; i++", "the bound on arcs holds if the drives are faster, too"),
+        ("apart_us = here > apart_us ? here : apart_us;", "apart_us = here;",
+         "every axis's model counts at corners", "unit/firmware/test_corners.py"),
         ("values[SET_MODEL_LAG_X_US + axis] / 1000", "values[SET_MODEL_LAG_X_US] / 1000",
          "every axis's model counts on arcs"),
     ),

@@ -198,6 +198,8 @@ MOTION = (
         ("self.retraction.go & self.feed.room", "self.retraction.go",
          "no feed-forward at the end of the path"),
         ("with m.If(ramp.fast):", "with m.If(0):", "the feed-forward follows the ramp"),
+        ("self.resting.eq(rate == 0)", "self.resting.eq(1)", "a path that moves does not rest"),
+        ("self.resting.eq(rate == 0)", "self.resting.eq(0)", "a path that does not move rests"),
         ("ahead.reverse.eq(self.retraction.reverse)", "ahead.reverse.eq(0)",
          "the feed-forward goes back, too"),
         ("Mux(back, registers.back_start_rate, registers.start_rate)",

@@ -7,7 +7,7 @@ The matrix is every fault in every situation, on every axis of both machines, at
 import pytest
 
 from host.machines import machine as machines
-from softcore.tables.settings import assign, named
+from softcore.tables.settings import LARGEST_FRICTION, assign, named
 from testbench.cosim.coder import DEVIATION_UM, FAULTS, SITUATIONS, courses, judge
 from testbench.cosim.job import MM, Job
 from testbench.native.simulation import Simulation
@@ -63,16 +63,20 @@ def way(lines, block, fault):
     raise AssertionError(f"{block} with {lines}: it never tripped")
 
 
-@pytest.mark.parametrize(("feed", "share"), [
-    (300, 100), *(pytest.param(*one, marks=pytest.mark.soak)
-                  for one in ((300, 0), (1800, 100), (1800, 0)))])
-def test_no_setting_of_the_gain_takes_the_bound_away(feed, share):
-    """A slow loop's model says late that a coder is lost; from the least gain on not too late."""
-    lines = [assign("loop_gain", named("loop_gain").lowest), assign("feed_forward", share)]
+@pytest.mark.parametrize(("feed", "share", "friction"), [
+    (300, 100, 0), *(pytest.param(*one, marks=pytest.mark.soak) for one in (
+        (300, 0, 0), (1800, 100, 0), (1800, 0, 0), (300, 100, LARGEST_FRICTION)))])
+def test_no_setting_of_the_gain_takes_the_bound_away(feed, share, friction):
+    """A slow loop's model says late that a coder is lost; from the least gain on not too late.
+
+    Nor does a friction that is made up for and that there is not.
+    """
+    lines = [assign("loop_gain", named("loop_gain").lowest), assign("feed_forward", share),
+             assign("drive_friction_x", friction)]
     sound, lost = (way(lines, f"G91 G01 X5 F{feed}", fault) for fault in (0, 1))
     sound += sound[-1:] * len(lost)
     furthest = max(abs(one - other) for one, other in zip(lost, sound, strict=False))
-    print(f"F{feed}, feed-forward {share} %: {furthest / MM * 1000:.0f} um")
+    print(f"F{feed}, feed-forward {share} %, friction {friction}: {furthest / MM * 1000:.0f} um")
     assert 0 < furthest / MM * 1000 <= DEVIATION_UM
 
 

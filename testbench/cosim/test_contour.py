@@ -83,6 +83,15 @@ def test_corners_keep_any_setting_in_any_loop(machine, line):
 
 
 @pytest.mark.soak
+@pytest.mark.parametrize("lag_us", [500, 2000, 6000, 8000])
+def test_corners_keep_their_setting_with_a_model_whose_lag_is_wrong(lag_us):
+    lines = [assign(f"model_lag_{axis}_us", lag_us) for axis in "xyz"]
+    found = measured("sinker", square(1.5), *lines)
+    print(f"lag of the model {lag_us} us: {found}")
+    assert 0 < found.corners <= CORNER.default / 1000
+
+
+@pytest.mark.soak
 @pytest.mark.parametrize("degrees", [10, 20, 45, 120, 150])
 def test_bends_are_rounded_by_no_more_than_the_setting(degrees):
     """At the feed of the contour a bend of up to 19 degrees needs no bound."""

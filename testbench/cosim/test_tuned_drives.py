@@ -136,3 +136,30 @@ def test_a_drive_that_creeps_is_accepted_as_delivered(offset):
         job.start(program(Data(), "G01 Z-0.2 F120"))
         job.finish()
         assert not job.told("alarm")
+
+
+@pytest.mark.parametrize("window", [63, 15])
+def test_a_drive_with_friction_stands_beside_its_place_if_the_window_says_so(window):
+    """Before anybody has tuned it: as ``tune`` measures it, and as delivered."""
+    with ALL[0].on() as session:
+        job = Job(session, assign("window", window), watched=())
+        job.start(program(Data(), "G01 Z-0.2 F120"))
+        if window == 63:
+            job.finish()
+            job.run(SINKER.clock_hz)
+            assert abs(session.errors()["z"]) > 15
+            assert not job.told("alarm")
+        else:
+            assert "coder of axis Z" in job.alarm()["text"]
+
+
+@pytest.mark.soak
+def test_what_is_proposed_can_be_entered_line_by_line():
+    """With seconds between the lines, in the order in which they are told, as delivered."""
+    real = Real(offset=0.05)
+    with real.on() as session:
+        job = Job(session, watched=())
+        for line in real.tuned:
+            job.link.command(line)
+            job.run(2 * SINKER.clock_hz)
+            assert not job.told("alarm"), line

@@ -57,18 +57,20 @@ static void apply_detector(void) {
    v T sin(a) / e, and one of more by v T / e, if it has followed before the corner, and keeps its
    speed for T behind it: sooner it would leave the corner while it is further away. With
    feed-forward of the share f the lag is that of the drive, else 1 / K, and the error of its model
-   dies away with 1 / K. A model whose lag is another rounds corners by more, in simulation by up to
-   2.3 times the difference; 2.5 are taken. The drives may be a tenth slower. */
+   dies away with 1 / K. A model whose lag is another rounds corners by more: by some 1.7 times
+   the difference if it is less, else by 3 times; 2 and 3.5 are taken. The drives may be a tenth
+   slower. */
 static void apply_corners(void) {
     uint32_t percent = values[SET_FEED_FORWARD], loop_us = 1000000 / values[SET_LOOP_GAIN];
     uint32_t drive_us = values[SET_DRIVE_LAG_US];
     uint32_t apart_us = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         uint32_t model_us = values[SET_MODEL_LAG_X_US + axis];
-        uint32_t here = model_us > drive_us ? model_us - drive_us : drive_us - model_us;
+        uint32_t here = model_us > drive_us ? (model_us - drive_us) * 7 / 2
+                                            : (drive_us - model_us) * 2;
         apart_us = here > apart_us ? here : apart_us;
     }
-    uint32_t ahead_us = drive_us + apart_us * 5 / 2;
+    uint32_t ahead_us = drive_us + apart_us;
     uint32_t lag_us = (percent * ahead_us + (100 - percent) * loop_us) / 100 * 11 / 10;
     uint64_t fine = units_fine_of_nm(values[SET_CORNER_DEVIATION_NM]);
     fine += !fine && values[SET_CORNER_DEVIATION_NM];

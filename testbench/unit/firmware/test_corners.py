@@ -93,7 +93,9 @@ def test_a_gentle_bend_between_the_axes_is_none(wire):
     (assign("corner_deviation_nm", 1000), LAG_S, 1, LOOP_S),
     (assign("corner_deviation_nm", 12_000), LAG_S, 12, LOOP_S),
     (assign("loop_gain", 10), LAG_S, DEVIATION_UM, 1 / 10),
-    (assign("drive_lag_us", 8000), 8e-3 * SLOWER, DEVIATION_UM, LOOP_S)])
+    (assign("drive_lag_us", 8000), (8e-3 + 2 * 3.904e-3) * SLOWER, DEVIATION_UM, LOOP_S),
+    (assign("model_lag_z_us", 2096), (4.096e-3 + 2 * 2e-3) * SLOWER, DEVIATION_UM, LOOP_S),
+    (assign("model_lag_y_us", 6096), (4.096e-3 + 3.5 * 2e-3) * SLOWER, DEVIATION_UM, LOOP_S)])
 def test_it_follows_the_loop_in_force_and_the_setting(wire, line, lag_s, deviation_um, loop_s):
     wire.line(line)
     load(wire, "G91 G01 F60", "X1", "Y1", "M02")

@@ -28,7 +28,9 @@ class Watched(Ordered):
         self.forward = [ctx.get(speed) for speed in dut.joined.forward]
         self.way = [way + speed / LEAD for way, speed in zip(self.way, self.forward, strict=True)]
         self.rate = ctx.get(dut.ramp.rate)
-        if ctx.get(dut.joined.feed_forward.rate) == 0:
+        rests = ctx.get(dut.joined.feed_forward.rate) == 0
+        assert ctx.get(dut.joined.resting) == rests
+        if rests:
             self.still += 1
         else:
             self.still = 0
