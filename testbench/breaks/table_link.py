@@ -201,7 +201,7 @@ LINK = (
         "softcore/firmware/base/settings.c", "unit/firmware/test_path.py",
         ("    if (!percent)\n        return in_force;\n", "",
          "the bound on arcs of the plain loop is that of the plain loop"),
-        ("per_gain[i] >> 14) - second)", "per_gain[i] >> 14) - second / 2)",
+        ("per_gain[i]) - second, per_gain", "per_gain[i]) - second / 2, per_gain",
          "the bound on arcs knows the drive's lag"),
         ("percent * percent * 100", "percent * 10000", "the bound on arcs follows from the share"),
         ("i < 2; i++", "i < 1; i++", "the bound on arcs holds if the drives are faster, too"),

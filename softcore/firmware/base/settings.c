@@ -103,6 +103,11 @@ static void apply_motion(void) {
         axis_rate[axis] = units_rate(values[SET_HIGHEST_SPEED_X + axis] * 1000);
 }
 
+/* A value times a factor in 2**-14. */
+static int32_t by_gain(int32_t value, int32_t factor) {
+    return (int32_t)((int64_t)value * factor >> 14);
+}
+
 /* The gain by which a loop of first order, without a drive in it, leaves an arc as far as the loop
    in force. With feed-forward of the share f, a drive whose gain is g times K and whose lag is L,
    and the gateware's model of it, whose lag is T, the loop leaves it as far as one of gain
@@ -115,14 +120,16 @@ static uint64_t gain_on_arcs(uint32_t per_s, uint32_t percent) {
     if (!percent)
         return in_force;
     static const int32_t per_gain[] = {18204, 14895}; /* 1 / g, 2**-14 */
-    /* K T and K L in thousandths, so all squares are in millionths. */
-    int64_t lag = per_s * values[SET_DRIVE_LAG_US] / 1000, lead = percent * percent * 100, most = 0;
+    /* K T and K L in thousandths, so all squares are in millionths: with the greatest gain and lags
+       they fit 32 bits. */
+    int32_t lag = (int32_t)(per_s * values[SET_DRIVE_LAG_US] / 1000);
+    int32_t lead = (int32_t)(percent * percent * 100), most = 0;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        int64_t model = per_s * values[SET_MODEL_LAG_X_US + axis] / 1000;
-        int64_t square = (1000 + model) * (1000 + model);
-        int64_t second = 2 * (lag * (1000 + model) - model * model);
+        int32_t model = (int32_t)(per_s * values[SET_MODEL_LAG_X_US + axis] / 1000);
+        int32_t square = (1000 + model) * (1000 + model);
+        int32_t second = 2 * (lag * (1000 + model) - model * model);
         for (unsigned i = 0; i < 2; i++) {
-            int64_t c = (((square * per_gain[i] >> 14) - second) * per_gain[i] >> 14) - lead;
+            int32_t c = by_gain(by_gain(square, per_gain[i]) - second, per_gain[i]) - lead;
             c = c < 0 ? -c : c;
             most = c > most ? c : most;
         }
@@ -137,8 +144,9 @@ static void write_model(unsigned axis) {
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
    too, and the velocity feed-forward makes up its lag. */
-static void apply_loop(void) {
+static void apply_loop(void (*between)(void)) {
     arc_gain = gain_on_arcs(values[SET_LOOP_GAIN], values[SET_FEED_FORWARD]);
+    between();
     hal_lead(units_lead(values[SET_FEED_FORWARD], values[SET_LOOP_GAIN]));
     lag_clocks = at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
                          (1u << 28) - 1);
@@ -207,8 +215,9 @@ static uint32_t step_clocks(unsigned all, unsigned own) {
     return at_most(units_clocks_of_ns(values[own] ? values[own] : values[all]), 255);
 }
 
-static void apply_axes(void) {
+static void apply_axes(void (*between)(void)) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        between();
         write_errors(axis);
         write_mode(axis);
         hal_axis_step_time(axis, step_clocks(SET_STEP_WIDTH_NS, SET_STEP_WIDTH_X_NS + axis),
@@ -244,9 +253,9 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
     between();
     apply_motion();
     between();
-    apply_loop();
+    apply_loop(between);
     between();
-    apply_axes();
+    apply_axes(between);
     between();
     apply_corners();
     settings_renew_drives();
@@ -341,10 +350,10 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_DETECTOR: apply_detector(); break;
     case GROUP_MOTION: apply_motion(); break;
     case GROUP_TRAVEL: apply_travel(); break;
-    case GROUP_AXES: apply_axes(); break;
+    case GROUP_AXES: apply_axes(watch_between); break;
     case GROUP_DRIVES: settings_renew_drives(); break;
     case GROUP_SIDE: apply_side(); break;
-    case GROUP_LOOP: apply_loop(); break;
+    case GROUP_LOOP: apply_loop(watch_between); break;
     default: break; /* read where it is needed */
     }
     if (group == GROUP_MOTION || group == GROUP_LOOP) {
