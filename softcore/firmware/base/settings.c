@@ -144,9 +144,9 @@ static void write_model(unsigned axis) {
 
 /* The gain of the position loop limits speeds on arcs. The gateware's model of the drives uses it
    too, and the velocity feed-forward makes up its lag. */
-static void apply_loop(void (*between)(void)) {
+static void apply_loop(void) {
     arc_gain = gain_on_arcs(values[SET_LOOP_GAIN], values[SET_FEED_FORWARD]);
-    between();
+    watch_between();
     hal_lead(units_lead(values[SET_FEED_FORWARD], values[SET_LOOP_GAIN]));
     lag_clocks = at_most(units_clocks_of_us(LAG_TIMES * 1000000 / values[SET_LOOP_GAIN]),
                          (1u << 28) - 1);
@@ -215,9 +215,9 @@ static uint32_t step_clocks(unsigned all, unsigned own) {
     return at_most(units_clocks_of_ns(values[own] ? values[own] : values[all]), 255);
 }
 
-static void apply_axes(void (*between)(void)) {
+static void apply_axes(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        between();
+        watch_between();
         write_errors(axis);
         write_mode(axis);
         hal_axis_step_time(axis, step_clocks(SET_STEP_WIDTH_NS, SET_STEP_WIDTH_X_NS + axis),
@@ -253,9 +253,9 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
     between();
     apply_motion();
     between();
-    apply_loop(between);
+    apply_loop();
     between();
-    apply_axes(between);
+    apply_axes();
     between();
     apply_corners();
     settings_renew_drives();
@@ -350,10 +350,10 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_DETECTOR: apply_detector(); break;
     case GROUP_MOTION: apply_motion(); break;
     case GROUP_TRAVEL: apply_travel(); break;
-    case GROUP_AXES: apply_axes(watch_between); break;
+    case GROUP_AXES: apply_axes(); break;
     case GROUP_DRIVES: settings_renew_drives(); break;
     case GROUP_SIDE: apply_side(); break;
-    case GROUP_LOOP: apply_loop(watch_between); break;
+    case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */
     }
     if (group == GROUP_MOTION || group == GROUP_LOOP) {
