@@ -9,7 +9,7 @@ from pathlib import Path
 from constraints.boards import BOARDS
 from softcore import linkmap, render
 from softcore.pins import alike, board_drawing, drawn, pins_page
-from softcore.registers import AXES, DRIVE_LAG_US, Block
+from softcore.registers import AXES, Block
 from softcore.regmap import BASE, BLOCKS
 from softcore.tables.causes import CAUSES
 from softcore.tables.conditions import CONDITIONS
@@ -76,8 +76,7 @@ def c_header(blocks: Sequence[Block] = BLOCKS) -> str:
         lines.append("")
     lines += ["/* Causes of the interlock, by bit of SAFETY->live and SAFETY->latched. */"]
     lines += [f"#define CAUSE_{cause.name.upper()} {index}" for index, cause in enumerate(CAUSES)]
-    lines += [f"#define CAUSES {len(CAUSES)}", f"#define AXES {len(AXES)}",
-              f"#define DRIVE_LAG_US {DRIVE_LAG_US}"]
+    lines += [f"#define CAUSES {len(CAUSES)}", f"#define AXES {len(AXES)}"]
     lines += ["", "/* Bytes of the link; marks by LINK->receive. */"]
     lines += [f"#define REALTIME_{realtime.name.upper()} 0x{realtime.byte:02x}u"
               for realtime in linkmap.REALTIME]

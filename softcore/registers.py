@@ -4,12 +4,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["AXES", "DRIVE_LAG_US", "Access", "Block", "Field", "Register", "registers", "value"]
+__all__ = ["AXES", "Access", "Block", "Field", "Register", "registers", "value"]
 
 AXES = "xyz"
-# Lag of the drive in the coders' supervision (``rtl.motion.supervision``), and so in the lag that
-# the firmware and the host's tuning reckon with.
-DRIVE_LAG_US = 4096
 
 # rw: software owns the value. r: the gateware owns it. w: a command; the value is there for the
 # one clock in which the register's strobe is high. rw1c: set by the gateware, cleared by writing 1.

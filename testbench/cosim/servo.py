@@ -14,7 +14,9 @@ __all__ = ["TROUBLES", "both_ways", "cell", "never_down", "stuck_open", "stuck_s
 
 PERIOD = assign("servo_period_us", 2000)     # us between servo steps: 50 pulses of condition 100
 STEP = 50               # path pulses, of every built-in condition
-WIDE_UM, NARROW_UM = 300, 8
+# At 8 um a pulse in 16 is open by chance: enough of them in one count make a step of DOWN, once in
+# some 600 counts. At 4 um it is one in 70.
+WIDE_UM, NARROW_UM, GOOD_UM = 300, 8, 4
 DEPTH_MM = 0.4
 WAY = pulses(0.1 + DEPTH_MM)
 WATCHED = ("path_command", "path_front", "safety_status_safe", "power_control_machining")
@@ -54,7 +56,7 @@ def both_ways(session: Session) -> dict:
     """DOWN with open pulses, no step with good ones, UP with arcs; and on to the depth."""
     job = _start(session, data=Data(limit=0.3))
     job.until(lambda: job.probe("path_front") >= 1000, "a way of DOWN")
-    _gap(job, NARROW_UM)
+    _gap(job, GOOD_UM)
     job.run(session.clock_hz // 100)
     stands = job.probe("path_command")
     job.run(session.clock_hz // 20)

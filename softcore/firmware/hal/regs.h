@@ -981,7 +981,6 @@ _Static_assert(offsetof(feed_regs, in_force) == 0x30, "");
 #define CAUSE_GUARD 17
 #define CAUSES 18
 #define AXES 3
-#define DRIVE_LAG_US 4096
 
 /* Bytes of the link; marks by LINK->receive. */
 #define REALTIME_STATUS 0x3fu

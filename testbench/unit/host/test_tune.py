@@ -24,12 +24,13 @@ from host.tune.drive import (
 )
 from host.tune.motions import TuneError, measuring, settings_of, speed_of
 from host.tune.tune import Measured, measured, proposal
-from softcore.registers import DRIVE_LAG_US
+from rtl.motion.supervision import TICK_S as MODEL_TICK_S
+from rtl.motion.supervision import Supervision
 from softcore.tables.settings import NO_OFFSET, PULSES_PER_MM, SETTINGS
 from testbench.some import some
 
 TICK_S = 5e-5
-MODEL_LAG_S = DRIVE_LAG_US / 1e6        # of the model that the supervision has
+MODEL_LAG_S = MODEL_TICK_S * 2**Supervision.LAG     # of the model that the supervision has
 SET = {row.name: row.default for row in SETTINGS}
 GAIN = SET["loop_gain"]
 TRAVEL_MM = 3.0
@@ -143,10 +144,10 @@ class Machine:
 
 def found_on(real, settings=SET):
     machine = Machine(real, settings)
-    with measuring(machine, settings):
+    with measuring(machine, settings) as kept:
         one = measured(machine, settings_of(machine), "Y", 1, TRAVEL_MM,
                        time_s=lambda: machine.time_s)
-    assert machine.settings == settings
+    assert machine.settings == settings | ({"window": 63} if kept else {})
     return one
 
 

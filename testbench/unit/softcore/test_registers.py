@@ -10,12 +10,11 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
 from rtl.controller import Controller
-from rtl.motion import supervision
 from rtl.motion.axes import Axes
 from rtl.power import condition
 from softcore.csr import RegisterFile, interfaces, member
 from softcore.generate import OUTPUTS, c_header, reference
-from softcore.registers import AXES, DRIVE_LAG_US
+from softcore.registers import AXES
 from softcore.regmap import BLOCKS, LINK, OWNED, SHORT_LEVEL
 from softcore.tables.causes import CAUSES
 from softcore.uart import Uart
@@ -90,10 +89,6 @@ def test_a_width_is_written_once():
     Fragment.get(before, None)
     for made, bits in (before, 16), (owner, 19):
         assert len(made.registers.servo.step) == len(made.condition.words.servo_step) == bits
-
-
-def test_the_lag_of_the_drive_is_that_of_the_supervision():
-    assert pytest.approx(DRIVE_LAG_US / 1e6) == supervision.TICK_S * 2**supervision.Supervision.LAG
 
 
 def test_a_register_is_changed_in_one_place():
