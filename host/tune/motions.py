@@ -23,7 +23,7 @@ FASTEST_MM_S = 10.0
 PAIRS = 4                   # motions there and back
 SLOW_PAIRS, SLOW = 1, 4     # those at a speed that is so many times slower
 TURNS, LEGS = 4, 4          # motions that turn without a stop, and the parts of each
-IN_TIME = 0.9               # of a part, within which the lines of all parts must have been taken
+IN_TIME = 0.9               # of the first part, within which the lines of all must have been taken
 UNSURE_S = 2e-3             # after a turn, in which a report may name the leg that comes
 LATE_S = 0.03               # before a turn: a report may name the leg before for so long
 SPREAD_S = 0.02             # over which the first reports of the motions are spread
@@ -258,11 +258,17 @@ def _turns(link: Controlled, index: int, sign: int, speed: float, travel_mm: flo
     out. There are no samples if the lines came so late that the axis may have stopped between them.
     """
     start, _ = _place(link.status(), index)
-    begun = time_s()
-    for leg in range(LEGS):
-        way = sign * (1 - leg % 2 * 2)
-        link.command(_line(index, way * travel_mm, speed, number=leg + 1))
-    in_time = time_s() - begun <= IN_TIME * travel_mm / speed
+    lines = [_line(index, sign * (1 - leg % 2 * 2) * travel_mm, speed, number=leg + 1)
+             for leg in range(LEGS)]
+    link.command(lines[0])
+    # The others at once, so that an answer that takes long costs its time only twice.
+    sent = [link.send_line(line) for line in lines[1:-1]]
+    link.command(lines[-1])
+    if refused := [one.text for one in sent if one.answer != "ok"]:
+        raise TuneError(f'the controller refuses "{refused[0]}", with which axis {AXES[index]} was '
+                        "to turn.")
+    then = link.status()
+    in_time = then["Ln"] == "1" and (_place(then, index)[0] - start) * sign < IN_TIME * travel_mm
     found: list[Sample] = []
     long_s = LEGS * travel_mm / speed
     for told, command, error in _reports(link, index, time_s, wait_s, long_s):

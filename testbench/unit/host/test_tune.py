@@ -125,10 +125,12 @@ class Machine:
         self.run(max(timeout_s, TICK_S))
 
     def send_line(self, line):
-        assert line == "$$"
-        for row in SETTINGS:
-            self.on_line(f"${row.number}={self.settings[row.name]}")
-        return SimpleNamespace(answer="ok")
+        if line == "$$":
+            for row in SETTINGS:
+                self.on_line(f"${row.number}={self.settings[row.name]}")
+        else:
+            self.command(line)
+        return SimpleNamespace(text=line, answer="ok")
 
     def command(self, line):
         if entered := re.fullmatch(r"\$(\d+)=(\d+)", line):
@@ -256,6 +258,20 @@ def test_turns_that_a_slow_link_interrupts_are_left_out():
     one = measured(machine, settings_of(machine), "Y", 1, 0.5, time_s=lambda: machine.time_s)
     assert len(one.samples) > 20
     assert not any(sample.before for sample in one.samples)
+
+
+def test_a_turn_that_is_refused_ends_the_measurement():
+    class Refusing(Machine):
+        def send_line(self, line):
+            sent = super().send_line(line)
+            return sent if line == "$$" else SimpleNamespace(text=line, answer="error:9")
+
+    machine = Refusing(Real(), SET)
+    with pytest.raises(TuneError, match=re.escape(
+            'the controller refuses "N2 G21 G91 G94 G01 Y-3.0000 F600", with which axis Y was to '
+            "turn.")), measuring(machine, SET):
+        measured(machine, settings_of(machine), "Y", 1, 3.0, time_s=lambda: machine.time_s)
+    assert machine.pressed == b"!"
 
 
 def test_the_response_is_that_of_the_formula():
