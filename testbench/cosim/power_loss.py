@@ -8,7 +8,11 @@ operator homes the axes and lets the tape go on (``$FROM=last``).
 """
 
 import argparse
+import multiprocessing
 import random
+import traceback
+import warnings
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from host.link.link import RESUME, Link
@@ -23,13 +27,15 @@ from testbench.cosim.job import MM
 from testbench.models import bookmark
 from testbench.native.simulation import Simulation
 
-__all__ = ["BLOCKS", "TAPE", "Result", "Shop", "cut", "machine_on", "whole"]
+__all__ = ["BLOCKS", "TAPE", "Result", "Shop", "cuts", "machine_on", "whole"]
 
 MACHINE = machines.load("sinker")
 SWITCH_MM = 1.5             # reference switches, from where the axes start
 OFF_S = 0.2
 WRITTEN_S = 0.6             # the journal writes the zero
 PATIENCE_S = 30.0
+DEADLINE_S = 300.0          # of a process
+FORK = multiprocessing.get_context("fork")
 RING = bookmark.sectors(SIMULATED_JOURNAL, MEMORY_SIZE)
 AXES = ("axis_x_command", "axis_y_command", "axis_z_command")
 # A cavity 0.3 mm deep, with a change of the retraction data. Block 1 is `%`.
@@ -165,10 +171,12 @@ def whole(seed: int) -> Result:
         return result
 
 
-def cut(seed: int, clocks: int) -> tuple[int | None, Result]:
-    """Cut the power so many clocks after the start of the tape, and go on.
+def cuts(seed: int, clocks: Iterable[int]) -> Iterator[tuple[int, int | None, Result]]:
+    """Cut the power so many clocks after the start of the tape, and go on, for each number.
 
-    Return the block in which the controller was interrupted, 0 for none, and the result.
+    One job runs through all of these clocks; what follows a cut is done in a process of its own,
+    which has the machine as it was then. Yield the clocks, the block in which the controller was
+    interrupted, 0 for none, and the result.
     """
     with machine_on(seed) as session:
         shop = Shop(session)
@@ -176,48 +184,79 @@ def cut(seed: int, clocks: int) -> tuple[int | None, Result]:
         shop.zero()
         begun = session.cycle
         shop.start()
-        while session.cycle < begun + clocks:
-            shop.link.poll((begun + clocks - session.cycle) / session.clock_hz)
-        told, ended = shop.blocks(), bool(shop.told("program_end"))
-        old = max((event["line"] for event in shop.told("block")
-                   if event["cycle"] < session.cycle - 1.1 * session.clock_hz), default=0)
-        burnt = session.get("read.sparks")
+        for at in sorted(clocks):
+            while session.cycle < begun + at:
+                shop.link.poll((begun + at - session.cycle) / session.clock_hz)
+            yield at, *_apart(lambda: _gone_on(shop, begun))
 
-        session.power_off_and_on(OFF_S)
-        again = Shop(session)
-        kept = bookmark.newest(session.flash.read, RING)
-        block = kept.line if kept else 0
-        assert [line for line in again.said if "was interrupted" in line] == (
-            [f"[MSG:a tape was interrupted in block {block}: $H, $FROM=last and the same tape "
-             "go on there.]"] if block else [])
-        assert again.link.status()["state"] == "Alarm", "locked as always"
-        assert session.probe("safety_status_safe")
-        stood = [session.get(f"read.{axis}_pulses") for axis in "xyz"]
-        again.run(0.1)
-        assert [session.get(f"read.{axis}_pulses") for axis in "xyz"] == stood, "it stands"
-        sparks = session.get("read.sparks")
-        assert sparks - burnt <= 1, "without power nothing burns"
-        # A block may have been kept whose event was still on the line.
-        assert block <= max(told, default=1) + 1
-        assert block >= old or ended or told[-1:] == [BLOCKS[-1]], "at most a block or a second old"
-        again.ready()
-        if block:
-            again.link.command("$FROM=last")
-        elif told and (ended or told[-1] == BLOCKS[-1]):
-            return 0, again_result(again, session.cycle - begun)
-        begun = session.cycle
-        again.start()
-        if block:
-            again.until("pause")
-            stood = again.places()
-            again.run(0.05)
-            assert again.places() == stood, "nothing moves before the operator's word"
-            assert session.get("read.sparks") == sparks, "nor does anything burn"
-            assert not again.blocks()
-            again.link.press(RESUME)
-        result = again.result(begun)
-        assert again.blocks() == list(range(block or BLOCKS[0], BLOCKS[-1] + 1)), "none is skipped"
-        return block, result
+
+def _apart(work: Callable[[], tuple[int | None, Result]]) -> tuple[int | None, Result]:
+    """Result of ``work`` in a copy of this process. It fails as ``work`` does."""
+    receiver, sender = FORK.Pipe(duplex=False)
+
+    def tell():
+        try:
+            sender.send(work())
+        except BaseException:  # the other process reports it
+            sender.send(traceback.format_exc())
+    process = FORK.Process(target=tell)
+    with warnings.catch_warnings():
+        # Python 3.12 and later warn of threads, as pytest-xdist has one. The copy does not use it.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
+    try:
+        assert receiver.poll(DEADLINE_S), f"no result within {DEADLINE_S:.0f} s"
+        found = receiver.recv()
+    finally:
+        process.kill()
+        process.join()
+    assert not isinstance(found, str), found
+    return found
+
+
+def _gone_on(shop: Shop, begun: int) -> tuple[int | None, Result]:
+    """Cut the power now, in a tape that began in a clock; the operator lets it go on."""
+    session = shop.session
+    told, ended = shop.blocks(), bool(shop.told("program_end"))
+    old = max((event["line"] for event in shop.told("block")
+               if event["cycle"] < session.cycle - 1.1 * session.clock_hz), default=0)
+    burnt = session.get("read.sparks")
+
+    session.power_off_and_on(OFF_S)
+    again = Shop(session)
+    kept = bookmark.newest(session.flash.read, RING)
+    block = kept.line if kept else 0
+    assert [line for line in again.said if "was interrupted" in line] == (
+        [f"[MSG:a tape was interrupted in block {block}: $H, $FROM=last and the same tape "
+         "go on there.]"] if block else [])
+    assert again.link.status()["state"] == "Alarm", "locked as always"
+    assert session.probe("safety_status_safe")
+    stood = [session.get(f"read.{axis}_pulses") for axis in "xyz"]
+    again.run(0.1)
+    assert [session.get(f"read.{axis}_pulses") for axis in "xyz"] == stood, "it stands"
+    sparks = session.get("read.sparks")
+    assert sparks - burnt <= 1, "without power nothing burns"
+    # A block may have been kept whose event was still on the line.
+    assert block <= max(told, default=1) + 1
+    assert block >= old or ended or told[-1:] == [BLOCKS[-1]], "at most a block or a second old"
+    again.ready()
+    if block:
+        again.link.command("$FROM=last")
+    elif told and (ended or told[-1] == BLOCKS[-1]):
+        return 0, again_result(again, session.cycle - begun)
+    begun = session.cycle
+    again.start()
+    if block:
+        again.until("pause")
+        stood = again.places()
+        again.run(0.05)
+        assert again.places() == stood, "nothing moves before the operator's word"
+        assert session.get("read.sparks") == sparks, "nor does anything burn"
+        assert not again.blocks()
+        again.link.press(RESUME)
+    result = again.result(begun)
+    assert again.blocks() == list(range(block or BLOCKS[0], BLOCKS[-1] + 1)), "none is skipped"
+    return block, result
 
 
 def again_result(shop: Shop, took: int) -> Result:
@@ -230,7 +269,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m testbench.cosim.power_loss",
                                      description=main.__doc__)
     parser.add_argument("--jobs", type=int, default=10, help="jobs without a cut: seeds 1 to N")
-    parser.add_argument("--cuts", type=int, default=60, help="jobs with one, in random clocks")
+    parser.add_argument("--cuts", type=int, default=60, help="cuts in random clocks of one job")
     parser.add_argument("--seed", type=int, default=20261128, help="of the clocks")
     chosen = parser.parse_args()
     clocks = 0
@@ -239,9 +278,8 @@ def main() -> None:
         clocks = clocks or result.clocks
         print(f"seed {seed}, no cut: {result.depth_um:.1f} um", flush=True)
     rng = random.Random(chosen.seed)
-    for _ in range(chosen.cuts if clocks else 0):
-        at = rng.randrange(clocks)
-        block, result = cut(rng.randrange(1 << 32), at)
+    wanted = [rng.randrange(clocks) for _ in range(chosen.cuts)] if clocks else []
+    for at, block, result in cuts(rng.randrange(1 << 32), wanted):
         print(f"cut after {at} clocks, in block {block}: {result.depth_um:.1f} um", flush=True)
 
 
