@@ -96,6 +96,8 @@ typedef enum {
     SET_HOME_SLOW_MM_MIN,
     SET_HOME_FAST_MM_MIN,
     SET_HOME_PULL_OFF_UM,
+    SET_HOME_INDEX,
+    SET_HOME_INDEX_UM,
     SET_SINGLE_BLOCK,
     SET_DRY_RUN_MM_MIN,
     SET_CORNER_DEVIATION_NM,
@@ -123,7 +125,7 @@ typedef enum {
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 559u
+#define SETTINGS_LAST 561u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {
