@@ -7,6 +7,7 @@
 #include "base/units.h"
 #include "hal/hal.h"
 #include "path/path.h"
+#include "base/rare.h"
 
 #define REST_US 50000       /* axes are at rest when they have stood for this time */
 
