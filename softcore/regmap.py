@@ -183,6 +183,9 @@ EVENT = Block(name="event", base=0x500, doc="Queue of the gateware's events, old
     ("status", "State of the queue.", (
         Field(name="lost", bits=1, access="rw1c",
               doc="An event was lost, because the queue was full."),)),
+    ("index", "Axes of which the next index of the coder shall be an event, bit 0 X. It names all "
+     "that wait for one; an event, and outputs that become safe, end the wait. See "
+     "``rtl.motion.index``.", _value(len(AXES), "Axes.", access="w"), "write"),
 ))
 
 GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the short detector.",

@@ -87,5 +87,6 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
          ("gap_short", 1, "It is below the short level."),
          ("gap_current", 1, "Current flows."),
          ("gap_noise", 1, "The discharge has high frequencies."),
-         ("adc_data", 1, "Data of the converter.")))),
+         ("adc_data", 1, "Data of the converter."),
+         ("enc_index", len(AXES), "Indices of the coders.")))),
 ))

@@ -88,6 +88,10 @@ class Drive(Table):
     pitch_mm: float = _number("mm", (0.01, 1000), "Travel of a turn of the screw.", 1)
     reversed: float = _number("", SHARE,
         "1: the drive turns the other way, so its direction is inverted.", 0)
+    index_mm: float = _number("mm", (0, 1000),
+        "Travel between two indices of the coder, each as wide as a count; 0: it has none.", 0)
+    index_at_mm: float = _number("mm", (-20_000, 20_000),
+        "Place of an index, from where the axis started.", 0)
     backlash_um: float = _number("µm", (0, 819.1),
         "Play between drive and axis. The controller makes up for it.", 0)
     highest_mm_min: float = _number("mm/min", (0, 60_000),

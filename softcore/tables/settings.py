@@ -391,6 +391,13 @@ SETTINGS: tuple[Setting, ...] = (
            "`${feed_forward}` leaves it out, reckoned with this lag. A little less than the true "
            "one follows arcs best. `gapkeeper tune` proposes it.")
       for number, axis in enumerate("xyz", start=557)),
+    _set(560, "home_index", "homing: axes homed on the index, mask", "", (0, 0, 7), "travel",
+         "Axes whose reference is the index of the coder that comes first behind the pull-off: the "
+         "sum of 1 for X, 2 for Y, 4 for Z. They stand on it at the end of their travel. 0: the "
+         "switch alone.", guards=False),
+    _set(561, "home_index_um", "homing: longest way to the index", "um", (12_000, 100, 1_000_000),
+         "travel", "How far such an axis goes on from the pull-off at `${home_slow_mm_min}`, if no "
+         "index comes: a turn of its coder, and some more.", guards=False),
 )
 
 

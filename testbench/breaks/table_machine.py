@@ -15,6 +15,7 @@ CEILING = "unit/firmware/test_ceiling.py"
 WIRING = "unit/firmware/test_wiring.py"
 TOUCH = "unit/firmware/test_touch.py"
 HOMING = "unit/firmware/test_homing.py"
+INDEX = "unit/firmware/test_homing_index.py"
 SINGLE = "unit/firmware/test_single_block.py"
 START = "cosim/test_start_block.py"
 WALK = "unit/firmware/test_walk.py"
@@ -157,18 +158,34 @@ MACHINE = (
          "the switch of another axis is an alarm"),
         ("cause != (homing_now.down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)",
          "cause < CAUSE_LIMIT_LOW", "the switch at the other end is an alarm"),
+        ("if (!(axes >> homing_now.axis & 1))", "if (!axes)", "the index is that of its axis",
+         INDEX),
+        ("} else if (homing_now.phase == HOMING_INDEX) {", "} else {",
+         "an index that nobody looks for does nothing", INDEX),
     ),
     *breaks_of(
         "softcore/firmware/app/homing_cycle.c", HOMING,
         ("    machine_lose_position();\n", "", "the position is lost until the cycle has ended"),
         ("    if (pressed()) {\n        fail", "    if (0) {\n        fail",
          "a switch that sticks is an alarm"),
-        ("        fail(FAULT_HOME_NOT_FOUND", "        if (slow) fail(FAULT_HOME_NOT_FOUND",
+        ("default: fail(FAULT_HOME_NOT_FOUND", "default: if (slow) fail(FAULT_HOME_NOT_FOUND",
          "a cycle without a switch ends"),
         ("    settings_renew();\n    control_begin_path();", "    control_begin_path();",
          "the soft limits follow the frame"),
-        (" - pull_off() - homing_now.switched", " - pull_off() - hal_axis_command(homing_now.axis)",
+        ("homed(homing_now.switched + homing_axis_pull_off())",
+         "homed(hal_axis_command(homing_now.axis) + homing_axis_pull_off())",
          "the frame is that of the switch"),
+        ("homed(homing_now.index)", "homed(homing_now.switched + homing_axis_pull_off())",
+         "the frame is that of the index", INDEX),
+        ("case HOMING_INDEX: fail(", "case HOMING_INDEX: if (slow) break; fail(",
+         "a search without an index ends", INDEX),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/homing_index.c", INDEX,
+        ("    if (homing_now.passed && ", "    if (0 && ",
+         "an index before the pull-off is near, too"),
+        ("homing_now.index - hal_axis_command(homing_now.axis)", "0",
+         "the axis goes back onto its index"),
     ),
     *breaks_of(
         "softcore/firmware/app/control.c", HOMING,

@@ -225,6 +225,13 @@ MOTION = (
         ("recent.any(), recent.all()", "recent.any(), recent.any()", "a glitch is no edge"),
     ),
     *breaks_of(
+        "rtl/motion/index.py", "unit/rtl/test_index.py",
+        ("armed.eq(armed & ~found)", "armed.eq(armed)", "an order finds one index"),
+        (", self.samples, f", ", 1, f", "a glitch is no index, and its place is that of its edge"),
+        ("found = Cat(rises) & armed", "found = Cat(rises)", "only what was asked for is found"),
+        ("            m.d.sync += armed.eq(0)", "            pass", "safe ends the wait"),
+    ),
+    *breaks_of(
         "rtl/motion/limits.py", "unit/rtl/test_limits.py",
         ("self.pi & within & ~barred", "self.pi & ~barred", "no command leaves the soft limits"),
         ("self.command > self.low", "self.command >= self.low",

@@ -107,6 +107,7 @@ PROBES = (
     Probe("safety_pet_strobe", 1), Probe("safety_pet", 8),  # a watchdog call, and its key
     Probe("retraction_first", 32, signed=True),
     Probe("event_head_valid", 1),
+    Probe("index_found", 3, scope=f"{CONTROLLER}.index", signal="found"),
     Probe("pp", 1, scope=MOTION),                     # path pulse after the ramp
     Probe("completed", 1, scope=f"{CONTROLLER}.gap"),  # the sample that completed a short
     Probe("go", 1, scope=MOTION),                     # path pulses may come

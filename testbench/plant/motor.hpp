@@ -14,6 +14,7 @@ namespace plant {
 // What an axis has of its own, from its table of the machine's file.
 struct OwnDrive {
     double pulses_per_step = 1, backlash = 0;   // pulses
+    int32_t turn = 0, index = 0;                // between two indices (0: none), and of one; pulses
     bool reversed = false;
 };
 
@@ -31,6 +32,7 @@ public:
                    double clock_hz, unsigned clocks_per_tick) {
         p_ = p;
         own_ = own;
+        turn(0);
         pulses_per_mm_ = pulses_per_mm;
         clocks_ = clocks_per_tick;
         dt_ = clocks_per_tick / clock_hz;
@@ -86,9 +88,9 @@ public:
         position_ += advance_;
         axis_ = std::clamp(axis_, position_, position_ + own_.backlash);
         if (position_ >= static_cast<double>(count_ + 1))
-            ++count_;
+            turn(1);
         else if (position_ < static_cast<double>(count_) - 0.2)
-            --count_;
+            turn(-1);
     }
 
     bool resting() const { return resting_; }
@@ -102,8 +104,15 @@ public:
     // Phases of the coder: A leads B on the way up.
     bool phase_a() const { return (count_ & 3) == 1 || (count_ & 3) == 2; }
     bool phase_b() const { return count_ & 2; }
+    // Its index, as wide as one count, at the same counts whichever way it turns.
+    bool index() const { return index_; }
 
 private:
+    void turn(int32_t by) {
+        count_ += by;
+        index_ = own_.turn != 0 && (count_ - own_.index) % own_.turn == 0;
+    }
+
     // A speed after a tick of friction, which never turns it round.
     double slowed(double speed) const {
         const double most = friction_ * dt_;
@@ -122,6 +131,7 @@ private:
     double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
     double position_ = 0, axis_ = 0;    // of the motor and of the axis, pulses
     int32_t count_ = 0;
+    bool index_ = false;
 };
 
 }  // namespace plant

@@ -57,6 +57,10 @@ struct XParameters {
     double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
+    // Travel between two indices of the coder, each as wide as a count; 0: it has none. [mm]
+    double index_mm = 1.0;
+    // Place of an index, from where the axis started. [mm]
+    double index_at_mm = 0.4;
     // Play between drive and axis. The controller makes up for it. [µm]
     double backlash_um = 0.0;
     // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
@@ -78,6 +82,10 @@ struct YParameters {
     double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
+    // Travel between two indices of the coder, each as wide as a count; 0: it has none. [mm]
+    double index_mm = 1.0;
+    // Place of an index, from where the axis started. [mm]
+    double index_at_mm = 0.4;
     // Play between drive and axis. The controller makes up for it. [µm]
     double backlash_um = 0.0;
     // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
@@ -99,6 +107,10 @@ struct ZParameters {
     double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
+    // Travel between two indices of the coder, each as wide as a count; 0: it has none. [mm]
+    double index_mm = 1.0;
+    // Place of an index, from where the axis started. [mm]
+    double index_at_mm = 0.4;
     // Play between drive and axis. The controller makes up for it. [µm]
     double backlash_um = 0.0;
     // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
@@ -468,6 +480,8 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"x.steps_per_turn", &p.x.steps_per_turn},
         {"x.pitch_mm", &p.x.pitch_mm},
         {"x.reversed", &p.x.reversed},
+        {"x.index_mm", &p.x.index_mm},
+        {"x.index_at_mm", &p.x.index_at_mm},
         {"x.backlash_um", &p.x.backlash_um},
         {"x.highest_mm_min", &p.x.highest_mm_min},
         {"x.low_mm", &p.x.low_mm},
@@ -476,6 +490,8 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"y.steps_per_turn", &p.y.steps_per_turn},
         {"y.pitch_mm", &p.y.pitch_mm},
         {"y.reversed", &p.y.reversed},
+        {"y.index_mm", &p.y.index_mm},
+        {"y.index_at_mm", &p.y.index_at_mm},
         {"y.backlash_um", &p.y.backlash_um},
         {"y.highest_mm_min", &p.y.highest_mm_min},
         {"y.low_mm", &p.y.low_mm},
@@ -484,6 +500,8 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"z.steps_per_turn", &p.z.steps_per_turn},
         {"z.pitch_mm", &p.z.pitch_mm},
         {"z.reversed", &p.z.reversed},
+        {"z.index_mm", &p.z.index_mm},
+        {"z.index_at_mm", &p.z.index_at_mm},
         {"z.backlash_um", &p.z.backlash_um},
         {"z.highest_mm_min", &p.z.highest_mm_min},
         {"z.low_mm", &p.z.low_mm},

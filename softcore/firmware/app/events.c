@@ -243,6 +243,7 @@ static void tell(const record *r) {
         if (!homing_takes(r->event.detail, r->event.first, r->event.encoder))
             machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
         break;
+    case EVENT_INDEX: homing_indexed(r->event.first, r->event.encoder); break;
     default: break;
     }
 }

@@ -230,6 +230,10 @@ const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {
         "lag of Y's drive, for the feed-forward", "us", 0},
     [SET_MODEL_LAG_Z_US] = {4096, 500, 8000, 559, GROUP_LOOP, true, false,
         "lag of Z's drive, for the feed-forward", "us", 0},
+    [SET_HOME_INDEX] = {0, 0, 7, 560, GROUP_TRAVEL, false, false,
+        "homing: axes homed on the index, mask", "", 0},
+    [SET_HOME_INDEX_UM] = {12000, 100, 1000000, 561, GROUP_TRAVEL, false, false,
+        "homing: longest way to the index", "um", 0},
 };
 
 const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {

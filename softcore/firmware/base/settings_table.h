@@ -118,12 +118,14 @@ typedef enum {
     SET_MODEL_LAG_X_US,
     SET_MODEL_LAG_Y_US,
     SET_MODEL_LAG_Z_US,
+    SET_HOME_INDEX,
+    SET_HOME_INDEX_UM,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 559u
+#define SETTINGS_LAST 561u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {

@@ -335,6 +335,8 @@ bool hal_auxiliary_timed_out(void);     /* reading clears it */
    axis's frame, so that its present place gets a number higher by so much. Only at rest; the soft
    limits must then be written again. */
 void hal_axis_shift(unsigned axis, int32_t by);
+/* The next index of the coders of these axes shall be an event, as bits; of the others, none. */
+void hal_index_arm(uint32_t axes);
 int32_t hal_axis_command(unsigned axis);
 int32_t hal_axis_position(unsigned axis);
 int32_t hal_axis_error(unsigned axis);

@@ -303,6 +303,7 @@ typedef volatile struct {
     const int32_t z; /* Encoder position of Z at that time. [pulse] */
     uint32_t pop; /* Drop the oldest event. */
     uint32_t status; /* State of the queue. */
+    uint32_t index; /* Axes of which the next index of the coder shall be an event, bit 0 X. It names all that wait for one; an event, and outputs that become safe, end the wait. See ``rtl.motion.index``. */
 } event_regs;
 _Static_assert(offsetof(event_regs, head) == 0x0, "");
 _Static_assert(offsetof(event_regs, cycle) == 0x4, "");
@@ -314,6 +315,7 @@ _Static_assert(offsetof(event_regs, y) == 0x18, "");
 _Static_assert(offsetof(event_regs, z) == 0x1c, "");
 _Static_assert(offsetof(event_regs, pop) == 0x20, "");
 _Static_assert(offsetof(event_regs, status) == 0x24, "");
+_Static_assert(offsetof(event_regs, index) == 0x28, "");
 #define EVENT_HEAD_KIND_SHIFT 0
 #define EVENT_HEAD_KIND_MASK 0x000000ffu
 #define EVENT_HEAD_DETAIL_SHIFT 8
@@ -326,6 +328,8 @@ _Static_assert(offsetof(event_regs, status) == 0x24, "");
 #define EVENT_POP_VALUE_MASK 0x00000001u
 #define EVENT_STATUS_LOST_SHIFT 0
 #define EVENT_STATUS_LOST_MASK 0x00000001u
+#define EVENT_INDEX_VALUE_SHIFT 0
+#define EVENT_INDEX_VALUE_MASK 0x00000007u
 #define EVENT ((event_regs *)0x80000500u)
 
 /* Classes of the discharges, and the short detector. */
@@ -583,6 +587,8 @@ _Static_assert(offsetof(safety_regs, inputs) == 0x38, "");
 #define SAFETY_INPUTS_GAP_NOISE_MASK 0x00800000u
 #define SAFETY_INPUTS_ADC_DATA_SHIFT 24
 #define SAFETY_INPUTS_ADC_DATA_MASK 0x01000000u
+#define SAFETY_INPUTS_ENC_INDEX_SHIFT 25
+#define SAFETY_INPUTS_ENC_INDEX_MASK 0x0e000000u
 #define SAFETY ((safety_regs *)0x80000800u)
 
 /* M, S and T functions of the machine side. */

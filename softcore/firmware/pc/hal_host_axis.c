@@ -12,6 +12,7 @@ static struct {
     uint32_t steps, pulses, backlash, begun, step_time[3];
 } drives[HAL_AXES];
 static hal_check check_found[HAL_AXES];
+static uint32_t index_armed;
 
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
     limits[axis][0] = low - host_frame(axis);
@@ -47,6 +48,15 @@ void gk_axis_words(uint32_t axis, int32_t words[4]) {
 void gk_ramp_words(uint32_t words[5]) {
     for (unsigned i = 0; i < 5; i++)
         words[i] = ramp[i];
+}
+
+void hal_index_arm(uint32_t axes) { index_armed = axes; }
+uint32_t gk_index_armed(void) { return index_armed; }
+void gk_index(uint32_t axes) {
+    axes &= index_armed;
+    index_armed &= ~axes;
+    if (axes)
+        gk_event(EVENT_INDEX, 0, axes, 0);
 }
 
 void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }

@@ -126,6 +126,8 @@ void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing 
 void gk_switches(uint32_t low, uint32_t high);  /* limit switches that are pressed, by axis */
 void gk_lose(uint32_t axis, int32_t pulses);    /* pulses that the axis does not make */
 void gk_check_found(uint32_t axis, uint32_t check); /* the result of hal_axis_check */
+void gk_index(uint32_t axes);       /* the index of these coders comes: an event of those armed */
+uint32_t gk_index_armed(void);
 void gk_axis_words(uint32_t axis, int32_t words[4]); /* soft limits, gain and lag, as written */
 /* Mode, gear (steps, pulses) and backlash as written, how often the gear was written, and offset and
    friction of the drive. */

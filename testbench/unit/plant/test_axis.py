@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The axes of the simulated machine: motor, pulse coder, step input, switches, machine side."""
 
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -144,6 +145,35 @@ def test_coder_counts_the_position(plant, rng):
     plant.until(("enc_a", "enc_b"), HZ)
     gaps = [plant.until(("enc_a", "enc_b"), HZ) for _ in range(1000)]
     assert set(gaps) == {3, 4}              # 60 mm/s, its highest speed
+
+
+@pytest.mark.parametrize("sign", [1, -1], ids=["up", "down"])
+def test_the_index_comes_at_its_count_once_in_a_turn(plant, sign):
+    turn, at = 2000, 650
+    plant.set("z.index_mm", turn / 10_000)
+    plant.set("z.index_at_mm", at / 10_000)
+    plant.density = sign * 3000
+    high = []
+    for _ in range(9000):
+        plant.until(("enc_a", "enc_b", "enc_index"), HZ)
+        if plant.input("enc_index") >> 2:
+            high.append(plant.positions()["z"])
+    assert len(high) >= 4
+    # From the edge that leads to its count on to the next one.
+    assert all(place % turn == at for place in high)
+    assert all(sign * (later - place) == turn for place, later in pairwise(high))
+    assert not plant.input("enc_index") & 3 or at == 0
+
+
+def test_the_line_of_the_index_can_be_broken_or_stuck(plant):
+    plant.set("z.index_mm", 0.01)
+    plant.set("force.index_cut", Z)
+    plant.density = 3000
+    assert plant.until(("enc_index",), HZ // 20) == HZ // 20
+    plant.set("force.index_high", Z)
+    assert plant.until(("enc_index",), HZ // 20) == 1
+    assert plant.until(("enc_index",), HZ // 20) == HZ // 20
+    assert plant.input("enc_index") >> 2 == 1
 
 
 def test_coder_has_play(plant):

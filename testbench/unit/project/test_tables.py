@@ -226,7 +226,7 @@ def test_events_are_well_formed():
         assert "text" not in kinds[:-1], f"{one.name}: a text may have commas"
     for found in ([one.name for one in EVENTS], [one.word for one in EVENTS if one.word]):
         assert len(set(found)) == len(found)
-    assert [one.number for one in events.numbered()] == [*range(1, 10)]
+    assert [one.number for one in events.numbered()] == [*range(1, 11)]
 
 
 def test_the_gateware_has_the_numbers_of_the_table():
