@@ -50,6 +50,7 @@ class Bench:
                 (dut.model_lag, share)):
             ctx.set(signal, value)
         if gear:
+            axis.ratio = gear
             ctx.set(dut.gear_steps, gear[0])
             ctx.set(dut.gear_surplus, gear[1] - gear[0])
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
@@ -69,7 +70,7 @@ class Bench:
                 ("command", wrapped(counter.commanded, 32)),
                 ("position", wrapped(counter.moved, 32)), ("error", counter.error),
                 ("status_saturated", counter.saturated),
-                ("status_illegal", axis.encoder.illegal),
+                ("status_illegal", axis.encoder.illegal or axis.coder.lost),
                 ("status_check", CHECKS.index(axis.supervision.check)),
                 ("overshoot", self.overshoot[1]), ("backlash_taken_up", axis.backlash.taken_up),
                 ("in_position", axis.in_position(window, backlash)),
