@@ -36,9 +36,9 @@ def _gear(machine: str, axis: str, drive: Drive) -> Fraction:
             f"{PULSES_PER_MM // COARSEST_CODER}.")
     if gear.denominator > LARGEST_GEAR:
         raise UsageError(
-            f"machine {machine}: the gear of {axis}, {gear.numerator} {what} for {gear.denominator} "
-            f"pulses ({axis}.steps_per_turn, {axis}.pitch_mm), needs more than {LARGEST_GEAR} "
-            "pulses; give a rounder number.")
+            f"machine {machine}: the gear of {axis}, {gear.numerator} {what} for "
+            f"{gear.denominator} pulses ({axis}.steps_per_turn, {axis}.pitch_mm), needs more than "
+            f"{LARGEST_GEAR} pulses; give a rounder number.")
     return gear
 
 

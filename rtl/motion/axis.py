@@ -251,6 +251,7 @@ class Axis(wiring.Component):
         self.rest_clocks = rest_clocks
         self.travel = travel
         self.supervision = Supervision(allowance=allowance, fastest=fastest)
+        self.coder_gear = CoderGear()
         super().__init__({
             "pi":                In(1),
             "pi_reverse":        In(1),
@@ -309,7 +310,7 @@ class Axis(wiring.Component):
         m.submodules.encoder = encoder = Encoder()
         m.submodules.dac = dac = Dac(self.dac_modulator)
         m.submodules.gear = gear = Gear()
-        m.submodules.coder_gear = coder = CoderGear()
+        m.submodules.coder_gear = coder = self.coder_gear
         m.submodules.backlash = backlash = Backlash()
         m.submodules.overshoot = overshoot = Overshoot(width=self.error_bits, travel=self.travel)
         m.submodules.supervision = supervision = self.supervision
@@ -423,6 +424,7 @@ class Axis(wiring.Component):
             supervision.fp_reverse.eq(moved_reverse),
             supervision.a.eq(encoder.a_level),
             supervision.b.eq(encoder.b_level),
+            supervision.coarse.eq(coarse),
             supervision.on.eq(~self.safe & ~self.mode_step),
             supervision.clear.eq(adopt),
             self.status_check.eq(supervision.check),

@@ -105,7 +105,8 @@ class Axis:
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
             standing=self.in_position(window, backlash), resting=resting, fp=moved,
-            a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
+            a=self.encoder.levels[0], b=self.encoder.levels[1],
+            coarse=self.coarse and not mode_step, on=not (safe or mode_step),
             clear=adopt)
         self.share = share if tick else self.share
         if self.supervision.since == TOLD + 1:      # it was TOLD in this clock

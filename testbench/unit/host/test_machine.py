@@ -216,8 +216,10 @@ def test_a_coder_has_its_gear(workdir):
         settings = load(str(path)).settings
         assert (settings.get("521"), settings.get("524")) == gear
         assert "416" not in settings
-    for edges, said in ((50_001, "y has 10000.2 edges per mm"), (2499, "the coder of y has 499.8 edges "
-                        "per mm (y.steps_per_turn, y.pitch_mm); the least are 500.")):
+    for edges, said in (
+            (50_001, "y has 10000.2 edges per mm"),
+            (2499, "the coder of y has 499.8 edges per mm (y.steps_per_turn, y.pitch_mm); the "
+                   "least are 500.")):
         path.write_text(coder.format(edges=edges))
         with pytest.raises(UsageError, match=re.escape(f"machine mine: {said}")):
             load(str(path))
