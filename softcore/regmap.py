@@ -426,8 +426,9 @@ def _axis(index: int, letter: str) -> Block:
             Field(name="lag", bits=13, init=512, unit="2**-16", guarded=True,
                   doc="Part of its lag that it makes up in a tick; see ``rtl.motion.drive_lag``."),
             )),
-        ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
-         "count of steps anew; see ``rtl.motion.gear``.", (
+        ("gear", "Electronic gear: n steps of the output, or n edges of the coder, for m pulses. "
+         "Writing it begins the count anew; see ``rtl.motion.gear`` and "
+         "``rtl.motion.coder_gear``.", (
             Field(name="steps", bits=16, init=1, guarded=True, doc="n.", unit="step"),
             Field(name="surplus", bits=16, guarded=True, doc="m - n.", unit="pulse")), "write"),
         ("backlash", "Compensation of backlash. After writing it the axis counts as having come "

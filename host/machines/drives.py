@@ -7,13 +7,13 @@ from typing import Any
 
 from host.errors import UsageError
 from host.machines.machine_file import Drive
-from softcore.tables.settings import LARGEST_GEAR, PULSES_PER_MM, named
+from softcore.tables.settings import COARSEST_CODER, LARGEST_GEAR, PULSES_PER_MM, named
 
 __all__ = ["of_drives"]
 
 
 def _gear(machine: str, axis: str, drive: Drive) -> Fraction:
-    """Steps for each pulse of the path.
+    """Steps, or edges of the coder, for each pulse of the path.
 
     Raises
     ------
@@ -23,16 +23,22 @@ def _gear(machine: str, axis: str, drive: Drive) -> Fraction:
     # As written: a pitch of 2.54 mm is 127/50, and no binary fraction nearby.
     steps, travel = Fraction(str(drive.steps_per_turn)), Fraction(str(drive.pitch_mm))
     gear = steps / (travel * PULSES_PER_MM)
+    what = "steps" if drive.output == "step" else "edges"
     if gear > 1:
         raise UsageError(
-            f"machine {machine}: {axis} has {float(steps / travel):g} steps per mm "
-            f"({axis}.steps_per_turn, {axis}.pitch_mm); the most are {PULSES_PER_MM}, a step "
-            "for each pulse of the path.")
+            f"machine {machine}: {axis} has {float(steps / travel):g} {what} per mm "
+            f"({axis}.steps_per_turn, {axis}.pitch_mm); the most are {PULSES_PER_MM}, one for each "
+            "pulse of the path.")
+    if drive.output != "step" and gear * COARSEST_CODER < 1:
+        raise UsageError(
+            f"machine {machine}: the coder of {axis} has {float(steps / travel):g} edges per mm "
+            f"({axis}.steps_per_turn, {axis}.pitch_mm); the least are "
+            f"{PULSES_PER_MM // COARSEST_CODER}.")
     if gear.denominator > LARGEST_GEAR:
         raise UsageError(
-            f"machine {machine}: the gear of {axis}, {gear.numerator} steps for {gear.denominator} "
-            f"pulses ({axis}.steps_per_turn, {axis}.pitch_mm), needs more than {LARGEST_GEAR} "
-            "pulses; give a rounder number.")
+            f"machine {machine}: the gear of {axis}, {gear.numerator} {what} for "
+            f"{gear.denominator} pulses ({axis}.steps_per_turn, {axis}.pitch_mm), needs more than "
+            f"{LARGEST_GEAR} pulses; give a rounder number.")
     return gear
 
 
@@ -60,12 +66,12 @@ def of_drives(machine: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str
         swapped |= round(drive.reversed) << index
         if drive.output == "step":
             stepping |= 1 << index
-            gear = _gear(machine, axis, drive)
-            # In steps per mm, where that is whole.
-            scale = Fraction(PULSES_PER_MM, gear.denominator)
-            whole = int(scale) if scale.denominator == 1 else 1
-            give(f"gear_steps_{axis}", gear.numerator * whole)
-            give(f"gear_pulses_{axis}", gear.denominator * whole)
+        gear = _gear(machine, axis, drive)
+        # In steps or edges per mm, where that is whole.
+        scale = Fraction(PULSES_PER_MM, gear.denominator)
+        whole = int(scale) if scale.denominator == 1 else 1
+        give(f"gear_steps_{axis}", gear.numerator * whole)
+        give(f"gear_pulses_{axis}", gear.denominator * whole)
         give(f"backlash_{axis}", round(drive.backlash_um * PULSES_PER_MM / 1000))
         give(f"highest_speed_{axis}", round(drive.highest_mm_min))
         give(f"low_{axis}_um", round(-1000 * drive.low_mm))

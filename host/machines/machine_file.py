@@ -80,11 +80,12 @@ class Drive(Table):
     """
 
     output: Literal["velocity", "step"] = Field(default="velocity",
-        description="What drives the axis: `velocity`, a velocity command with a coder of 10 000 "
-        "edges per mm on the motor; or `step`, steps and direction, without a coder.")
+        description="What drives the axis: `velocity`, a velocity command with a coder on the "
+        "motor; or `step`, steps and direction, without a coder.")
     steps_per_turn: float = _number("", (1, 1_000_000),
         "Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier, "
-        "times the reduction. At most 10 000 per mm.", 10_000)
+        "times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 "
+        "per mm, and at least 500 of a coder.", 10_000)
     pitch_mm: float = _number("mm", (0.01, 1000), "Travel of a turn of the screw.", 1)
     reversed: float = _number("", SHARE,
         "1: the drive turns the other way, so its direction is inverted.", 0)

@@ -22,6 +22,7 @@ LEAST_GAIN = 10
 FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmware
 PULSES_PER_MM = 10_000          # of the path
 LARGEST_GEAR = 1 << 16
+COARSEST_CODER = 20             # pulses for an edge, at most
 LARGEST_BACKLASH = (1 << 13) - 1    # pulses
 # With a coder that is lost at rest nothing but this bounds the speed by a wrong offset: 1.3 mm/s.
 NO_OFFSET = 256                 # steps of the DAC: what stands for none, as a setting has no sign
@@ -301,17 +302,18 @@ SETTINGS: tuple[Setting, ...] = (
          "detector", "The first discharge pulse after a change of open voltage, polarity or a "
          "level of the comparators waits at least so long. The times of the board are never "
          "shortened."),
-    *(_set(520 + k, f"gear_steps_{axis.lower()}", f"gear of {axis}: steps", "steps",
+    *(_set(520 + k, f"gear_steps_{axis.lower()}", f"gear of {axis}: steps or edges", "steps",
            (PULSES_PER_MM, 1, LARGEST_GEAR), "drives",
-           f"Electronic gear of {axis} with step/direction output: so many steps for "
-           f"`${{gear_pulses_{axis.lower()}}}` pulses. A mm has 10 000 pulses: while that setting "
-           "is 10 000, this one is the steps per mm. Steps are rounded to the nearest, by the "
-           "count of pulses alone. After a change the position is lost; it is not accepted with "
-           "more steps than pulses.")
+           f"Electronic gear of {axis}: so many steps, or with a coder so many of its edges (four "
+           f"for each line), for `${{gear_pulses_{axis.lower()}}}` pulses. A mm has 10 000 pulses: "
+           "while that setting is 10 000, this one is the steps or edges per mm. Steps are rounded "
+           "to the nearest, by the count of pulses alone; pulses of a coder by the count of its "
+           "edges alone. After a change the position is lost; it is not accepted with more steps "
+           f"or edges than pulses, nor with more than {COARSEST_CODER} pulses for an edge.")
       for k, axis in enumerate("XYZ")),
     *(_set(523 + k, f"gear_pulses_{axis.lower()}", f"gear of {axis}: in so many pulses", "pulses",
            (PULSES_PER_MM, 1, LARGEST_GEAR), "drives",
-           f"Pulses for `${{gear_steps_{axis.lower()}}}`, at least as many as steps. After a "
+           f"Pulses for `${{gear_steps_{axis.lower()}}}`, at least as many. After a "
            "change the position is lost.")
       for k, axis in enumerate("XYZ")),
     *(_set(526 + k, f"backlash_{axis.lower()}", f"backlash of {axis}", "pulses",

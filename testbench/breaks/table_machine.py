@@ -329,6 +329,15 @@ MACHINE = (
          "no position with a gear that does not fit"),
     ),
     *breaks_of(
+        "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
+        ("#define COARSEST_CODER 20", "#define COARSEST_CODER 21", "no coder is coarser than said"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/homing_cycle.c", "unit/firmware/test_drives.py",
+        ("    if (!settings_gears(f))\n        return false;\n", "",
+         "no homing with a gear that does not fit"),
+    ),
+    *breaks_of(
         "softcore/firmware/path/history.c", "unit/firmware/test_drives.py",
         ("(uint64_t)part * most > room", "(uint64_t)part * most > 2 * room",
          "no axis exceeds its speed on a line"),

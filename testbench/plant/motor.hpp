@@ -13,7 +13,8 @@ namespace plant {
 
 // What an axis has of its own, from its table of the machine's file.
 struct OwnDrive {
-    double pulses_per_step = 1, backlash = 0;   // pulses
+    // Pulses. An edge of the coder, if there is one, is as long as a step.
+    double pulses_per_step = 1, backlash = 0;
     int32_t turn = 0, index = 0;                // between two indices (0: none), and of one; pulses
     bool reversed = false;
 };
@@ -91,10 +92,16 @@ public:
             turn(1);
         else if (position_ < static_cast<double>(count_) - 0.2)
             turn(-1);
+        if (own_.pulses_per_step == 1)
+            edges_ = count_;
+        else if (position_ >= (edges_ + 1) * own_.pulses_per_step)
+            ++edges_;
+        else if (position_ < edges_ * own_.pulses_per_step - 0.2)
+            --edges_;
     }
 
     bool resting() const { return resting_; }
-    int32_t count() const { return count_; }          // of the coder on the motor, pulses
+    int32_t count() const { return count_; }          // place of the motor, pulses
     int64_t steps() const { return steps_; }          // up less down
     double position() const { return axis_; }         // of the axis, pulses
     double speed() const { return speed_; }           // mm/s
@@ -102,8 +109,8 @@ public:
     void put(double speed_mm_s) { speed_ = speed_mm_s; }
 
     // Phases of the coder: A leads B on the way up.
-    bool phase_a() const { return (count_ & 3) == 1 || (count_ & 3) == 2; }
-    bool phase_b() const { return count_ & 2; }
+    bool phase_a() const { return (edges_ & 3) == 1 || (edges_ & 3) == 2; }
+    bool phase_b() const { return edges_ & 2; }
     // Its index, as wide as one count, at the same counts whichever way it turns.
     bool index() const { return index_; }
 
@@ -130,7 +137,7 @@ private:
     int64_t steps_ = 0;
     double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
     double position_ = 0, axis_ = 0;    // of the motor and of the axis, pulses
-    int32_t count_ = 0;
+    int32_t count_ = 0, edges_ = 0;
     bool index_ = false;
 };
 

@@ -47,11 +47,12 @@ struct AxisParameters {
 };
 
 struct XParameters {
-    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
-    // the motor; or `step`, steps and direction, without a coder.
+    // What drives the axis: `velocity`, a velocity command with a coder on the motor; or `step`,
+    // steps and direction, without a coder.
     double output = 0;
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
-    // times the reduction. At most 10 000 per mm.
+    // times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 per
+    // mm, and at least 500 of a coder.
     double steps_per_turn = 10000.0;
     // Travel of a turn of the screw. [mm]
     double pitch_mm = 1.0;
@@ -72,11 +73,12 @@ struct XParameters {
 };
 
 struct YParameters {
-    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
-    // the motor; or `step`, steps and direction, without a coder.
+    // What drives the axis: `velocity`, a velocity command with a coder on the motor; or `step`,
+    // steps and direction, without a coder.
     double output = 0;
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
-    // times the reduction. At most 10 000 per mm.
+    // times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 per
+    // mm, and at least 500 of a coder.
     double steps_per_turn = 10000.0;
     // Travel of a turn of the screw. [mm]
     double pitch_mm = 1.0;
@@ -97,11 +99,12 @@ struct YParameters {
 };
 
 struct ZParameters {
-    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
-    // the motor; or `step`, steps and direction, without a coder.
+    // What drives the axis: `velocity`, a velocity command with a coder on the motor; or `step`,
+    // steps and direction, without a coder.
     double output = 0;
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
-    // times the reduction. At most 10 000 per mm.
+    // times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 per
+    // mm, and at least 500 of a coder.
     double steps_per_turn = 10000.0;
     // Travel of a turn of the screw. [mm]
     double pitch_mm = 1.0;

@@ -101,6 +101,8 @@ bool homing_cycle_begin(fault *f) {
     if (settings_get(SET_STEP_AXES))
         return fault_at(f, FAULT_HOMING, 0, "homing needs coders: an axis by steps ($%u) has none",
                         settings_number(SET_STEP_AXES));
+    if (!settings_gears(f))
+        return false;
     if (machine_locked() ? !control_unlock(f)
                          : !status_idle() &&
                                fault_at(f, FAULT_BUSY, 0, "$H needs the state Idle or Alarm"))

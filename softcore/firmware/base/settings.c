@@ -9,6 +9,7 @@
 #include "hal/regs.h"
 
 #define LAG_TIMES 5 /* time constants until the axes have caught up */
+#define COARSEST_CODER 20 /* pulses for an edge, at most */
 
 static uint32_t values[SETTINGS];
 static uint32_t edition;
@@ -190,12 +191,24 @@ static bool gear_fits(unsigned axis) {
     return values[SET_GEAR_STEPS_X + axis] <= values[SET_GEAR_PULSES_X + axis];
 }
 
+/* The supervision of a coder wants an edge of both phases within 64 pulses. */
+static bool coder_fits(unsigned axis) {
+    return values[SET_STEP_AXES] >> axis & 1 ||
+           values[SET_GEAR_PULSES_X + axis] <= COARSEST_CODER * values[SET_GEAR_STEPS_X + axis];
+}
+
 bool settings_gears(fault *f) {
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        unsigned steps = settings_number((setting)(SET_GEAR_STEPS_X + axis));
+        unsigned pulses = settings_number((setting)(SET_GEAR_PULSES_X + axis));
         if (!gear_fits(axis))
             return fault_at(f, FAULT_SETTING, 0, "the gear of %c has more steps ($%u) than pulses ($%u)",
-                            "XYZ"[axis], settings_number((setting)(SET_GEAR_STEPS_X + axis)),
-                            settings_number((setting)(SET_GEAR_PULSES_X + axis)));
+                            "XYZ"[axis], steps, pulses);
+        if (!coder_fits(axis))
+            return fault_at(f, FAULT_SETTING, 0,
+                            "the coder of %c has more than %u pulses ($%u) for an edge ($%u)", "XYZ"[axis],
+                            COARSEST_CODER, pulses, steps);
+    }
     return true;
 }
 
@@ -418,10 +431,8 @@ uint32_t settings_axis_speed(unsigned axis) {
 }
 uint32_t settings_axis_resolution(unsigned axis) {
     uint32_t most = (uint32_t)units_pulses_of_um(1000) * 1000;
-    return values[SET_STEP_AXES] >> axis & 1
-               ? (uint32_t)units_quotient((uint64_t)most * values[SET_GEAR_STEPS_X + axis],
-                                          values[SET_GEAR_PULSES_X + axis])
-               : most;
+    return (uint32_t)units_quotient((uint64_t)most * values[SET_GEAR_STEPS_X + axis],
+                                    values[SET_GEAR_PULSES_X + axis]);
 }
 
 const travel_range *settings_travel(void) { return &limits; }

@@ -42,8 +42,8 @@ bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of 
 /* Is it a setting of servo, fluid, feed or short detector? Call gap_settings after such a change. */
 bool settings_of_gap(uint32_t number);
 
-/* Has every gear at most one step a pulse? False with a fault. The two numbers of a gear are set one
-   after the other, so each alone is accepted. */
+/* Has every gear at most one step a pulse, and a coder at most 20 pulses an edge? False with a fault.
+   The two numbers of a gear are set one after the other, so each alone is accepted. */
 bool settings_gears(fault *f);
 
 /* Is it a setting by whose change the drives and the counted positions part? */

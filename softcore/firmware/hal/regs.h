@@ -626,7 +626,7 @@ typedef volatile struct {
     int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
     int32_t high; /* Upper soft limit. [pulse] */
     uint32_t model; /* What the axis knows of its drive. */
-    uint32_t gear; /* Electronic gear of the step output: n steps for m pulses. Writing it begins the count of steps anew; see ``rtl.motion.gear``. */
+    uint32_t gear; /* Electronic gear: n steps of the output, or n edges of the coder, for m pulses. Writing it begins the count anew; see ``rtl.motion.gear`` and ``rtl.motion.coder_gear``. */
     uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");

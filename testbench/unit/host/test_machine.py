@@ -195,8 +195,8 @@ def test_the_gear_of_an_axis_is_exact(workdir, steps, pitch, gear):
 
 
 @pytest.mark.parametrize(("steps", "pitch", "said"), [
-    (50_001, 5, "z has 10000.2 steps per mm (z.steps_per_turn, z.pitch_mm); the most are 10000, a "
-                "step for each pulse of the path."),
+    (50_001, 5, "z has 10000.2 steps per mm (z.steps_per_turn, z.pitch_mm); the most are 10000, "
+                "one for each pulse of the path."),
     (3199, 7.003, "the gear of z, 3199 steps for 70030 pulses (z.steps_per_turn, z.pitch_mm), "
                   "needs more than 65536 pulses; give a rounder number."),
 ])
@@ -205,6 +205,24 @@ def test_a_gear_that_there_is_not_is_refused(workdir, steps, pitch, said):
     path.write_text(STEPPING.format(axis="z", steps=steps, pitch=pitch))
     with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
         load(str(path))
+
+
+def test_a_coder_has_its_gear(workdir):
+    path = workdir / "mine.toml"
+    coder = 'base = "sinker"\n[y]\nsteps_per_turn = {edges}\npitch_mm = 5.0\n'
+    for edges, gear in ((50_000, (None, None)), (20_000, (4000, None)), (2500, (500, None)),
+                        (4096, (256, 3125))):
+        path.write_text(coder.format(edges=edges))
+        settings = load(str(path)).settings
+        assert (settings.get("521"), settings.get("524")) == gear
+        assert "416" not in settings
+    for edges, said in (
+            (50_001, "y has 10000.2 edges per mm"),
+            (2499, "the coder of y has 499.8 edges per mm (y.steps_per_turn, y.pitch_mm); the "
+                   "least are 500.")):
+        path.write_text(coder.format(edges=edges))
+        with pytest.raises(UsageError, match=re.escape(f"machine mine: {said}")):
+            load(str(path))
 
 
 def test_the_tables_of_the_axes_are_settings_of_the_controller(workdir):

@@ -50,6 +50,7 @@ class Bench:
                 (dut.model_lag, share)):
             ctx.set(signal, value)
         if gear:
+            axis.ratio = gear
             ctx.set(dut.gear_steps, gear[0])
             ctx.set(dut.gear_surplus, gear[1] - gear[0])
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
@@ -69,7 +70,7 @@ class Bench:
                 ("command", wrapped(counter.commanded, 32)),
                 ("position", wrapped(counter.moved, 32)), ("error", counter.error),
                 ("status_saturated", counter.saturated),
-                ("status_illegal", axis.encoder.illegal),
+                ("status_illegal", axis.encoder.illegal or axis.coder.lost),
                 ("status_check", CHECKS.index(axis.supervision.check)),
                 ("overshoot", self.overshoot[1]), ("backlash_taken_up", axis.backlash.taken_up),
                 ("in_position", axis.in_position(window, backlash)),
@@ -203,6 +204,37 @@ def test_a_geared_axis_with_backlash_returns_to_its_steps(simulate, rng):
                    if way < 0 and (1, place - 6) in seen)
 
     simulate(dut, run, deadline=2e-3)
+
+
+def test_an_edge_that_a_coarse_coder_loses_is_told(simulate):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+
+    async def run(ctx):
+        await bench.clock(ctx, gear=(1, 65_536))
+        for clock in range(200):
+            await bench.clock(ctx, move=clock % 4 == 0)
+        assert ctx.get(dut.status_illegal)
+        await bench.clock(ctx, safe=True, adopt=True)
+        assert not ctx.get(dut.status_illegal)
+
+    simulate(dut, run)
+
+
+def test_a_bit_of_a_coarse_coder_that_turns_over_is_damage(simulate):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+
+    async def run(ctx):
+        await bench.clock(ctx, gear=(1, 5))
+        for clock in range(40):
+            await bench.clock(ctx, move=clock % 4 == 0)
+            assert not ctx.get(dut.damaged)
+        ctx.set(dut.coder_gear.rest, ctx.get(dut.coder_gear.rest) ^ 2)
+        await ctx.tick().repeat(3)
+        assert ctx.get(dut.damaged)
+
+    simulate(dut, run)
 
 
 def test_step_axis_sends_every_pulse(simulate, rng):
