@@ -10,6 +10,7 @@
 #include "app/resume.h"
 #include "app/status.h"
 #include "base/alarm.h"
+#include "base/pitch.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "hal/hal.h"
@@ -114,6 +115,8 @@ bool homing_cycle_begin(fault *f) {
     if (settings_get(SET_STEP_AXES))
         return fault_at(f, FAULT_HOMING, 0, "homing needs coders: an axis by steps ($%u) has none",
                         settings_number(SET_STEP_AXES));
+    if (!pitch_sound(f))
+        return false;
     if (machine_locked() ? !control_unlock(f)
                          : !status_idle() &&
                                fault_at(f, FAULT_BUSY, 0, "$H needs the state Idle or Alarm"))
