@@ -28,7 +28,7 @@ PLACES = (3.0, 7.1, 11.4, 7.1, 3.0, -2.3, -6.6, -11.0, -6.6, -2.3, 0.0)     # mm
 
 THERE_AND_BACK = "\n".join([
     "G36 R300 L0.5 H600 E60 Q0.1", "G21 G90 G94",
-    *(f"G00 X{place} Y{-place}\nG04 P80" for place in PLACES), "M02", ""])
+    *(f"G00 X{place} Y{-place}\nG04 P160" for place in PLACES), "M02", ""])
 
 
 def error(place):
@@ -51,7 +51,13 @@ def with_screws(name, *, table):
 def seen(job, rests):
     """Of X and Y at rest: axis, place, whether it came down, steps and true place."""
     assert job.outcome == "end", job.alarm
-    found = [(axis, *rest[axis]) for rest in rests.seen for axis in "xy"]
+    found, last = [], dict.fromkeys("xy", (0, False))
+    for rest in rests.seen:
+        for axis in "xy":
+            place, _, steps, true = rest[axis]
+            before, down = last[axis]
+            last[axis] = place, place < before if place != before else down
+            found.append((axis, place, last[axis][1], steps, true))
     places = {round(1e4 * place) for place in PLACES}
     assert {place for axis, place, *_ in found if axis == "x"} == places
     assert {(place, down) for axis, place, down, *_ in found if axis == "x"} > {

@@ -261,7 +261,9 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
     screws = false;
     differing = 0;
     edition++;
+    between();
     stored();
+    between();
     apply_detector();
     between();
     apply_motion();
