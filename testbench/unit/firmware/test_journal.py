@@ -82,8 +82,7 @@ def test_what_is_entered_outlives_power_off(memory):
 
 
 def test_the_tables_of_all_screws_outlive_power_off(memory):
-    screws = [one for one in SETTINGS if one.group == "pitch"]
-    wanted = {one.number: one.highest - one.number % 7 for one in screws}
+    wanted = {one.number: one.highest - one.number % 7 for one in SETTINGS if one.group == "pitch"}
     machine = booted(memory)
     enter(machine, *(f"${number}={value}" for number, value in wanted.items()), passes=ERASED)
     machine = booted(memory)
