@@ -432,15 +432,22 @@ def _axis(index: int, letter: str) -> Block:
             Field(name="steps", bits=16, init=1, guarded=True, doc="n.", unit="step"),
             Field(name="surplus", bits=16, guarded=True, doc="m - n.", unit="pulse")), "write"),
         ("backlash", "Compensation of backlash. After writing it the axis counts as having come "
-         "up; see ``rtl.motion.backlash``.", (
+         "up, and ``taken_up`` is 0; see ``rtl.motion.backlash``.", (
             Field(name="size", bits=13, guarded=True, doc="Backlash.", unit="pulse"),
-            Field(name="taken_up", bits=13, access="r", unit="pulse",
-                  doc="The drive stands so far further down than the axis.")), "write"),
+            Field(name="taken_up", bits=15, access="r", unit="pulse",
+                  doc="The drive stands so far further down than the axis, in two's "
+                      "complement.")), "write"),
     ))
 
 
+PITCH = Block(name="pitch", base=0xAC0, doc="Error of the screws' pitch at the places of the axes; "
+              "see ``rtl.motion.backlash``.", registers=_registers(*(
+    (axis, f"How far the screw takes {axis.upper()} too far up.",
+     _value(13, "Error, in two's complement.", unit="pulse", guarded=True)) for axis in AXES)))
+
+
 BLOCKS = (SYSTEM, FLASH, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
-          *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SCOPE, SERVO,
-          FLUID, FEED)
+          *(_axis(index, letter) for index, letter in enumerate(AXES)), PITCH, CONDITION, SCOPE,
+          SERVO, FLUID, FEED)
 # Blocks of the gateware in ``rtl``. The others belong to the processor and the link.
 OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, FLASH, LINK))

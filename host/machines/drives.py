@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The controller's settings that follow from the tables of a machine's axes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from host.errors import UsageError
-from host.machines.machine_file import Drive
-from softcore.tables.settings import COARSEST_CODER, LARGEST_GEAR, PULSES_PER_MM, named
+from host.machines.axis_tables import Drive
+from softcore.tables.settings import (
+    COARSEST_CODER,
+    LARGEST_GEAR,
+    NO_PITCH_ERROR,
+    PULSES_PER_MM,
+    STEEPEST_PITCH,
+    named,
+)
 
 __all__ = ["of_drives"]
 
@@ -42,16 +50,44 @@ def _gear(machine: str, axis: str, drive: Drive) -> Fraction:
     return gear
 
 
-def of_drives(machine: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, int]:
-    """Settings by number, as ``$number=value``, of the tables of the axes, by their letter.
-
-    Only what differs from a setting's default is given. A
-    backlash is rounded to pulses of 0.1 um.
+def _screw(machine: str, axis: str, drive: Drive) -> Iterator[tuple[str, int]]:
+    """Names and values of the settings of an axis's pitch error.
 
     Raises
     ------
     UsageError
-        If an axis needs a gear that there is not.
+        If the table has a single point, or is too steep.
+    """
+    errors = [round(error * PULSES_PER_MM / 1000) for error in drive.pitch_error_um]
+    if not errors:
+        return
+    if len(errors) == 1:
+        raise UsageError(f"machine {machine}: {axis}.pitch_error_um has one point; a table has two "
+                         "or more.")
+    step = round(drive.pitch_step_mm * PULSES_PER_MM)
+    for point, (before, after) in enumerate(pairwise(errors), 2):
+        if abs(after - before) * STEEPEST_PITCH > step:
+            raise UsageError(
+                f"machine {machine}: {axis}.pitch_error_um changes by {abs(after - before) / 10:g} "
+                f"um up to point {point}; the most are {step / STEEPEST_PITCH / 10:g} um, a "
+                f"hundredth of {axis}.pitch_step_mm.")
+    yield f"pitch_points_{axis}", len(errors)
+    yield f"pitch_first_{axis}", round(-drive.pitch_from_mm * PULSES_PER_MM)
+    yield f"pitch_step_{axis}", step
+    for point, error in enumerate(errors, 1):
+        yield f"pitch_{axis}_{point}", NO_PITCH_ERROR + error
+
+
+def of_drives(machine: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, int]:
+    """Settings by number, as ``$number=value``, of the tables of the axes, by their letter.
+
+    Only what differs from a setting's default is given. Backlash and pitch errors are rounded to
+    pulses of 0.1 um.
+
+    Raises
+    ------
+    UsageError
+        If an axis needs a gear or a table of its screw that there is not.
     """
     found: dict[str, int] = {}
     stepping = swapped = 0
@@ -73,6 +109,8 @@ def of_drives(machine: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str
         give(f"gear_steps_{axis}", gear.numerator * whole)
         give(f"gear_pulses_{axis}", gear.denominator * whole)
         give(f"backlash_{axis}", round(drive.backlash_um * PULSES_PER_MM / 1000))
+        for name, value in _screw(machine, axis, drive):
+            give(name, value)
         give(f"highest_speed_{axis}", round(drive.highest_mm_min))
         give(f"low_{axis}_um", round(-1000 * drive.low_mm))
         give(f"high_{axis}_um", round(1000 * drive.high_mm))

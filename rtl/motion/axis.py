@@ -5,7 +5,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.motion.backlash import BACKLASH_BITS, Backlash
+from rtl.motion.backlash import BACKLASH_BITS, PITCH_BITS, TAKEN_BITS, Backlash
 from rtl.motion.coder_gear import CoderGear
 from rtl.motion.dac import Dac, check_modulator
 from rtl.motion.drive_lag import SHARE_BITS, SHARE_INIT, DriveLag
@@ -185,6 +185,8 @@ class Axis(wiring.Component):
         n and m - n of the ``Gear``, or of the ``CoderGear``; the strobe begins to count with them.
     backlash_size : In(13), backlash_strobe : In(1)
         See ``Backlash``; the strobe clears.
+    pitch : In(signed(13))
+        See ``Backlash``.
     step_time_width : In(8)
         See ``StepDir``; so are the next two.
     step_time_space : In(8)
@@ -223,14 +225,14 @@ class Axis(wiring.Component):
         Step pulse.
     dir : Out(1)
         Its direction, high for down.
-    backlash_taken_up : Out(13)
+    backlash_taken_up : Out(signed(15))
         See ``Backlash``.
     fp : Out(1)
-        Feedback pulse, those of the backlash included.
+        Feedback pulse, those of backlash and pitch included.
     fp_reverse : Out(1)
         Its direction, high for down. Valid while ``fp`` is high.
     in_position : Out(1)
-        Er is no further from 0 than ``window``, and the backlash is taken up.
+        Er is no further from 0 than ``window``, and backlash and pitch are made up for.
 
     Raises
     ------
@@ -277,6 +279,7 @@ class Axis(wiring.Component):
             "gear_strobe":       In(1),
             "backlash_size":     In(BACKLASH_BITS),
             "backlash_strobe":   In(1),
+            "pitch":             In(signed(PITCH_BITS)),
             "step_time_width":   In(8),
             "step_time_space":   In(8),
             "step_time_setup":   In(8),
@@ -297,7 +300,7 @@ class Axis(wiring.Component):
             "dac_negative":      Out(1),
             "step":              Out(1),
             "dir":               Out(1),
-            "backlash_taken_up": Out(BACKLASH_BITS),
+            "backlash_taken_up": Out(signed(TAKEN_BITS)),
             "fp":                Out(1),
             "fp_reverse":        Out(1),
             "in_position":       Out(1),
@@ -354,6 +357,7 @@ class Axis(wiring.Component):
                                  Mux(coarse, coder.fp_reverse, edge_reverse))),
 
             backlash.size.eq(self.backlash_size),
+            backlash.pitch.eq(self.pitch),
             backlash.tick.eq(self.tick),
             backlash.pi.eq(self.pi),
             backlash.pi_reverse.eq(self.pi_reverse),

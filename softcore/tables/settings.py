@@ -27,6 +27,11 @@ LARGEST_BACKLASH = (1 << 13) - 1    # pulses
 # With a coder that is lost at rest nothing but this bounds the speed by a wrong offset: 1.3 mm/s.
 NO_OFFSET = 256                 # steps of the DAC: what stands for none, as a setting has no sign
 LARGEST_FRICTION = (1 << 7) - 1
+# Of the table of a screw's pitch error.
+PITCH_POINTS = 16
+LARGEST_PITCH_ERROR = (1 << 12) - 1     # pulses
+NO_PITCH_ERROR = 5000                   # what stands for none
+STEEPEST_PITCH = 100                    # least pulses of way for a pulse of error
 DAC_STEPS = "steps of the DAC"
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
@@ -42,8 +47,10 @@ GROUPS = {
     "side": "Machine side",
     "gap": "Classes of pulses, servo, fluid and feed",
     "program": "Programs and power supply",
+    "pitch": "Pitch of the screws",
 }
-Group = Literal["detector", "motion", "axes", "drives", "travel", "loop", "side", "gap", "program"]
+Group = Literal["detector", "motion", "axes", "drives", "travel", "loop", "side", "gap", "program",
+                "pitch"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +94,34 @@ def _travel(number: int, end: str, axis: str) -> Setting:
                 f"{end} end of {axis}{below}", "um", (TRAVEL, 0, FARTHEST), "travel",
                 f"{end.capitalize()} soft limit of {axis}: its distance{below} in the machine "
                 "frame.")
+
+
+def _pitch(first: int) -> tuple[Setting, ...]:
+    """Tables of the axes' pitch errors, the first of their numbers being ``first``."""
+    return (
+        *(_set(first + k, f"pitch_points_{axis.lower()}",
+               f"screw of {axis}: points (0 no table)", "", (0, 0, PITCH_POINTS), "pitch",
+               f"Points of the table by which the error of {axis}'s screw is made up for, with "
+               "steps and with a coder on the motor. 0: there is none. A change of a table loses "
+               "the position, and is in force when it is known again.")
+          for k, axis in enumerate("XYZ")),
+        *(_set(first + 3 + k, f"pitch_first_{axis.lower()}",
+               f"screw of {axis}: first point below zero", "pulses",
+               (0, 0, FARTHEST * PULSES_PER_MM // 1000), "pitch", "Place of the lowest point: its "
+               "distance below zero in the machine frame, a pulse being 0.1 µm.")
+          for k, axis in enumerate("XYZ")),
+        *(_set(first + 6 + k, f"pitch_step_{axis.lower()}",
+               f"screw of {axis}: from point to point", "pulses",
+               (200_000, 10_000, 1_000_000), "pitch", "Distance from each point to the next.")
+          for k, axis in enumerate("XYZ")),
+        *(_set(first + 9 + PITCH_POINTS * k + point, f"pitch_{axis.lower()}_{point + 1}",
+               f"screw: too far up ({NO_PITCH_ERROR} not), {axis}{point + 1}", "pulses",
+               (NO_PITCH_ERROR, NO_PITCH_ERROR - LARGEST_PITCH_ERROR,
+                NO_PITCH_ERROR + LARGEST_PITCH_ERROR), "pitch",
+               f"True place less commanded place of {axis} at point {point + 1}. {NO_PITCH_ERROR} "
+               f"is none, {NO_PITCH_ERROR + 12} is 1.2 µm too far up, {NO_PITCH_ERROR - 12} 1.2 µm "
+               "too far down.")
+          for k, axis in enumerate("XYZ") for point in range(PITCH_POINTS)))
 
 
 SETTINGS: tuple[Setting, ...] = (
@@ -400,6 +435,7 @@ SETTINGS: tuple[Setting, ...] = (
     _set(561, "home_index_um", "homing: longest way to the index", "um", (12_000, 100, 1_000_000),
          "travel", "How far such an axis goes on from the pull-off at `${home_slow_mm_min}`, if no "
          "index comes: a turn of its coder, and some more.", guards=False),
+    *_pitch(562),
 )
 
 

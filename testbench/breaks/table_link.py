@@ -224,12 +224,12 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,
-        ("value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
-         "        value > SETTINGS_TABLE_ROWS[which].highest",
-         "value < SETTINGS_TABLE_ROWS[which].lowest", "settings have a highest value", TALK),
-        ("return which == SETTINGS || SETTINGS_TABLE_ROWS[which].guards;",
+        ("value < settings_row(which)->lowest ||\n"
+         "        value > settings_row(which)->highest",
+         "value < settings_row(which)->lowest", "settings have a highest value", TALK),
+        ("return which == SETTINGS || settings_row(which)->guards;",
          "return which == SETTINGS;", "what guards the axes is locked"),
-        ("        if (guard && !values[which])\n", "        if (guard && values[which])\n",
+        ("        if (!values[guard->which])\n", "        if (values[guard->which])\n",
          "what is masked is told"),
         ("        if (values[SET_STEP_AXES] >> axis & 1)\n",
          "        if (values[SET_STEP_AXES] == axis)\n",

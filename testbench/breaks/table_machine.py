@@ -325,8 +325,31 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/control.c", "unit/firmware/test_drives.py",
-        ("    if (!settings_gears(f))\n        return false;\n", "",
+        ("!settings_gears(f) || !pitch_sound(f)", "!pitch_sound(f)",
          "no position with a gear that does not fit"),
+        ("!settings_gears(f) || !pitch_sound(f)", "!settings_gears(f)",
+         "nor with a screw that is too wrong", "unit/firmware/test_pitch.py"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/pitch_watch.c", "unit/firmware/test_pitch.py",
+        (" && !machine_position_lost()", "", "nothing moves while the position is lost"),
+        ("        pitch_none();", "        pitch_follow();", "homing goes without the table"),
+    ),
+    *breaks_of(
+        "softcore/firmware/base/pitch.c", "unit/firmware/test_pitch.py",
+        ("(1 << 29)", "0", "to the nearest pulse"),
+        ("change < 0 ? -product : product", "product", "errors fall as well"),
+        ("(high % step << 12) / step", "0", "the slope is exact"),
+        ("point + 1 >= points", "point >= points", "beyond the end it is that of the end"),
+        ("(int32_t)way <= 0", "0", "and before the start that of the start"),
+        ("point_of(axis, next)), STEEPEST", "point_of(axis, next - 1)), STEEPEST",
+         "a wrong point is named"),
+        ("    if (!points)\n        return 0;\n", "", "without a table there is no error"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/homing_cycle.c", "unit/firmware/test_pitch.py",
+        ("    if (!pitch_sound(f))\n        return false;\n", "",
+         "no homing with a screw that is too wrong"),
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",

@@ -32,6 +32,11 @@ PLANT = (
          "    debris_ += 0.5 * thickness", "debris is all that was removed"),
     ),
     *breaks_of(
+        "testbench/plant/motor.hpp", "unit/plant/test_axis.py",
+        ("return axis_ + error();", "return axis_;", "a wrong screw takes the axis beside"),
+        ("own_.slope * axis_ + own_.wave", "own_.wave", "its errors add up"),
+    ),
+    *breaks_of(
         "testbench/plant/gap.cpp", "unit/plant/test_gap.py",
         ("gate_ == Gate::sensing ? p_.comparator.sensing_level_a", "false ? 0",
          "the sensing source has a level of current of its own"),

@@ -85,8 +85,8 @@ STORAGE = (
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", JOURNAL,
-        ("    if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
-         "        value > SETTINGS_TABLE_ROWS[which].highest)", "    if (which == SETTINGS)",
+        ("    if (which == SETTINGS || value < settings_row(which)->lowest ||\n"
+         "        value > settings_row(which)->highest)", "    if (which == SETTINGS)",
          "a kept setting has the range of its entry"),
     ),
     *breaks_of(

@@ -21,7 +21,7 @@ from testbench.some import some
 BUDGETS = {
     "arming":        Cells(lut4=50,   ccu2c=23,  ff=45,   ram=0,  bram=0,  dsp=0),
     "auxiliary":     Cells(lut4=75,   ccu2c=37,  ff=56,   ram=0,  bram=0,  dsp=0),
-    "axis_z":        Cells(lut4=907,  ccu2c=499, ff=877,  ram=0,  bram=0,  dsp=0),
+    "axis_z":        Cells(lut4=954,  ccu2c=508, ff=880,  ram=0,  bram=0,  dsp=0),
     "condition":     Cells(lut4=177,  ccu2c=114, ff=450,  ram=0,  bram=0,  dsp=0),
     "conduction":    Cells(lut4=30,   ccu2c=8,   ff=20,   ram=0,  bram=0,  dsp=0),
     "conservation":  Cells(lut4=42,   ccu2c=51,  ff=93,   ram=0,  bram=0,  dsp=0),
@@ -44,7 +44,7 @@ BUDGETS = {
     "power":         Cells(lut4=297,  ccu2c=77,  ff=101,  ram=0,  bram=0,  dsp=0),
     "ramp":          Cells(lut4=210,  ccu2c=133, ff=209,  ram=0,  bram=0,  dsp=0),
     "references":    Cells(lut4=0,    ccu2c=20,  ff=33,   ram=0,  bram=0,  dsp=0),
-    "registers":     Cells(lut4=2087, ccu2c=0,   ff=2690, ram=0,  bram=2,  dsp=0),
+    "registers":     Cells(lut4=2110, ccu2c=0,   ff=2735, ram=0,  bram=2,  dsp=0),
     "removal":       Cells(lut4=535,  ccu2c=144, ff=277,  ram=0,  bram=0,  dsp=0),
     "report":        Cells(lut4=330,  ccu2c=12,  ff=401,  ram=62, bram=0,  dsp=0),
     "retraction":    Cells(lut4=1372, ccu2c=572, ff=1153, ram=0,  bram=0,  dsp=0),

@@ -83,14 +83,16 @@ class Axis:
         """FP of the clock to come: -1, 0 or +1."""
         return self.backlash.pulse(self.moved(mode_step=mode_step, mode_reverse=mode_reverse))
 
-    def in_position(self, window: int, size: int = 0) -> bool:
-        """Whether the axis is in position, with a backlash of ``size``."""
-        return abs(self.seen) <= window and self.backlash.taken_up == self.backlash.goal(size)
+    def in_position(self, window: int, size: int = 0, pitch: int = 0) -> bool:
+        """Whether the axis is in position, with a backlash of ``size`` and this ``pitch``."""
+        goal = self.backlash.goal(size, pitch)
+        return abs(self.seen) <= window and self.backlash.taken_up == goal
 
     def tick(self, *, pi=0, forward=0, ahead=False, a=0, b=0, safe=False, adopt=False, mark=None,
              follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
              mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1, backlash=0,
-             gear=None, swap=False, offset=0, friction=0, resting=False, share=512) -> None:
+             pitch=0, gear=None, swap=False, offset=0, friction=0, resting=False,
+             share=512) -> None:
         """Go on by one clock.
 
         ``mark`` is None, or whether the travel at the mark was down. ``gear`` is None, or n and m
@@ -104,7 +106,7 @@ class Axis:
         beside = offset + friction * self.supervision.direction
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
-            standing=self.in_position(window, backlash), resting=resting, fp=moved,
+            standing=self.in_position(window, backlash, pitch), resting=resting, fp=moved,
             a=self.encoder.levels[0], b=self.encoder.levels[1],
             coarse=self.coarse and not mode_step, on=not (safe or mode_step),
             clear=adopt)
@@ -126,8 +128,8 @@ class Axis:
         counts = self.coarse and not mode_step and not gear
         self.coder.tick(-self.pulse if mode_reverse else self.pulse,
                         clear=None if counts else self.ratio, forget=adopt or mode_step)
-        self.backlash.tick(size=backlash, tick=tick, pi=pi, moved=moved, safe=safe,
-                           clear=gear is not None)
+        self.backlash.tick(size=backlash, pitch=pitch, tick=tick, pi=pi, moved=moved,
+                           safe=safe, clear=gear is not None)
         self.pulse, _ = self.encoder.tick(a, b, adopt or mode_step)
 
         self.seen = self.counter.error

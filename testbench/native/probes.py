@@ -128,6 +128,7 @@ PROBES = (
     *(Probe(f"axis_{setting}_parity", 1, natively=True, scope=f"{SOC}.registers",
             signal=f"axis_{setting}_parity")
       for setting in ("x_mode_step", "y_mode_swap", "z_gear_steps", "x_backlash_size")),
+    Probe("pitch_x_parity", 1, natively=True, scope=f"{SOC}.registers", signal="pitch_x_parity"),
     Probe("latch_double", 18, natively=True, scope=f"{CONTROLLER}.interlock", signal="double"),
     Probe("guard_command", 32, natively=True, signal="command_then",
           scope=f"{AXES}.axis_z.error_counter"),

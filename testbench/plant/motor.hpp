@@ -17,6 +17,8 @@ struct OwnDrive {
     double pulses_per_step = 1, backlash = 0;
     int32_t turn = 0, index = 0;                // between two indices (0: none), and of one; pulses
     bool reversed = false;
+    double slope = 0;                           // of the screw's error, pulses a pulse
+    double wave = 0, per_pulse = 0;             // its amplitude, pulses; and phase, radians a pulse
 };
 
 // The speed loop closes the torque loop over an inertia:
@@ -26,6 +28,8 @@ struct OwnDrive {
 // it holds as much as it must.
 // Between motor and axis there is play: the axis stays where it is until the motor has turned
 // through it. A motor that goes up pushes it at once, one that goes down after the backlash.
+// The screw takes the axis too far up by its error, slope x + wave sin(x per_pulse) at the place x of
+// its nut. The coder is on the motor, and sees neither.
 // Torque and speed advance once per tick, the position in every clock, at the speed of the tick.
 class Motor {
 public:
@@ -103,7 +107,7 @@ public:
     bool resting() const { return resting_; }
     int32_t count() const { return count_; }          // place of the motor, pulses
     int64_t steps() const { return steps_; }          // up less down
-    double position() const { return axis_; }         // of the axis, pulses
+    double position() const { return axis_ + error(); } // of the axis, pulses
     double speed() const { return speed_; }           // mm/s
     double command() const { return filtered_; }      // mm/s: U above
     void put(double speed_mm_s) { speed_ = speed_mm_s; }
@@ -126,6 +130,12 @@ private:
         return speed - std::clamp(speed, -most, most);
     }
 
+    double error() const {
+        if (own_.wave == 0)
+            return own_.slope * axis_;
+        return own_.slope * axis_ + own_.wave * std::sin(axis_ * own_.per_pulse);
+    }
+
     AxisParameters p_;
     OwnDrive own_;
     double pulses_per_mm_ = 10000, dt_ = 8e-6, clock_s_ = 5e-7, filter_ = 0, torque_ = 0;
@@ -136,7 +146,7 @@ private:
     bool stepping_ = false, resting_ = true;
     int64_t steps_ = 0;
     double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
-    double position_ = 0, axis_ = 0;    // of the motor and of the axis, pulses
+    double position_ = 0, axis_ = 0;    // of the motor and of the nut, pulses
     int32_t count_ = 0, edges_ = 0;
     bool index_ = false;
 };

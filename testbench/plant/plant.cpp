@@ -8,13 +8,20 @@ namespace plant {
 
 namespace {
 
+constexpr double PI = 3.14159265358979323846;
+
 // The tables of the three axes are alike.
 template <typename Table>
 OwnDrive own_drive(const Table& table, double pulses_per_mm) {
     auto pulses = [&](double mm) { return static_cast<int32_t>(std::lround(mm * pulses_per_mm)); };
     return {pulses_per_mm * table.pitch_mm / table.steps_per_turn,
-            table.backlash_um / 1000 * pulses_per_mm, pulses(table.index_mm),
-            pulses(table.index_at_mm), table.reversed != 0};
+            table.backlash_um / 1000 * pulses_per_mm,
+            pulses(table.index_mm),
+            pulses(table.index_at_mm),
+            table.reversed != 0,
+            table.screw_um_m * 1e-6,
+            table.screw_wave_um / 1000 * pulses_per_mm,
+            2 * PI / (table.screw_wave_mm * pulses_per_mm)};
 }
 
 }  // namespace

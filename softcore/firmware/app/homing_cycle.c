@@ -12,6 +12,7 @@
 #include "app/resume.h"
 #include "app/status.h"
 #include "base/alarm.h"
+#include "base/pitch.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "hal/hal.h"
@@ -101,7 +102,7 @@ bool homing_cycle_begin(fault *f) {
     if (settings_get(SET_STEP_AXES))
         return fault_at(f, FAULT_HOMING, 0, "homing needs coders: an axis by steps ($%u) has none",
                         settings_number(SET_STEP_AXES));
-    if (!settings_gears(f))
+    if (!settings_gears(f) || !pitch_sound(f))
         return false;
     if (machine_locked() ? !control_unlock(f)
                          : !status_idle() &&

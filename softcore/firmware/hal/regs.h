@@ -627,7 +627,7 @@ typedef volatile struct {
     int32_t high; /* Upper soft limit. [pulse] */
     uint32_t model; /* What the axis knows of its drive. */
     uint32_t gear; /* Electronic gear: n steps of the output, or n edges of the coder, for m pulses. Writing it begins the count anew; see ``rtl.motion.gear`` and ``rtl.motion.coder_gear``. */
-    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
+    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up, and ``taken_up`` is 0; see ``rtl.motion.backlash``. */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");
 _Static_assert(offsetof(axis_regs, position) == 0x4, "");
@@ -690,8 +690,25 @@ _Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_BACKLASH_SIZE_SHIFT 0
 #define AXIS_BACKLASH_SIZE_MASK 0x00001fffu
 #define AXIS_BACKLASH_TAKEN_UP_SHIFT 13
-#define AXIS_BACKLASH_TAKEN_UP_MASK 0x03ffe000u
+#define AXIS_BACKLASH_TAKEN_UP_MASK 0x0fffe000u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
+
+/* Error of the screws' pitch at the places of the axes; see ``rtl.motion.backlash``. */
+typedef volatile struct {
+    uint32_t x; /* How far the screw takes X too far up. [pulse] */
+    uint32_t y; /* How far the screw takes Y too far up. [pulse] */
+    uint32_t z; /* How far the screw takes Z too far up. [pulse] */
+} pitch_regs;
+_Static_assert(offsetof(pitch_regs, x) == 0x0, "");
+_Static_assert(offsetof(pitch_regs, y) == 0x4, "");
+_Static_assert(offsetof(pitch_regs, z) == 0x8, "");
+#define PITCH_X_VALUE_SHIFT 0
+#define PITCH_X_VALUE_MASK 0x00001fffu
+#define PITCH_Y_VALUE_SHIFT 0
+#define PITCH_Y_VALUE_MASK 0x00001fffu
+#define PITCH_Z_VALUE_SHIFT 0
+#define PITCH_Z_VALUE_MASK 0x00001fffu
+#define PITCH ((pitch_regs *)0x80000ac0u)
 
 /* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */
 typedef volatile struct {

@@ -11,6 +11,7 @@ static struct {
     hal_drive drive;
     uint32_t steps, pulses, backlash, begun, step_time[3];
 } drives[HAL_AXES];
+static int32_t pitch[HAL_AXES];
 static hal_check check_found[HAL_AXES];
 static uint32_t index_armed;
 
@@ -68,6 +69,8 @@ void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
     drives[axis].begun++;
 }
 void hal_axis_backlash(unsigned axis, uint32_t pulses) { drives[axis].backlash = pulses; }
+void hal_axis_pitch(unsigned axis, int32_t pulses) { pitch[axis] = pulses; }
+int32_t gk_pitch(uint32_t axis) { return pitch[axis]; }
 void gk_drive_words(uint32_t axis, uint32_t words[7]) {
     const hal_drive *drive = &drives[axis].drive;
     words[0] = drive->step | (uint32_t)drive->reverse << 1 | (uint32_t)drive->swap << 2;

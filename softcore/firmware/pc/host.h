@@ -132,6 +132,7 @@ void gk_axis_words(uint32_t axis, int32_t words[4]); /* soft limits, gain and la
 /* Mode, gear (steps, pulses) and backlash as written, how often the gear was written, and offset and
    friction of the drive. */
 void gk_drive_words(uint32_t axis, uint32_t words[7]);
+int32_t gk_pitch(uint32_t axis);    /* the pitch error as written, pulses */
 /* The ramp as written: start rate and acceleration, those of the way back, and the lead. */
 void gk_ramp_words(uint32_t words[5]);
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */

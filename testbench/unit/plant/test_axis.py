@@ -285,6 +285,29 @@ def test_an_axis_stays_until_its_motor_has_turned_through_the_play(plant, turned
     assert plant.get("read.x_steps") == 100
 
 
+@pytest.mark.parametrize("stepping", [False, True], ids=["coder", "steps"])
+def test_a_wrong_screw_takes_the_axis_beside_what_its_motor_has_turned(plant, stepping):
+    axis = "x" if stepping else "z"
+    for name, value in {"screw_um_m": 4000, "screw_wave_um": 20, "screw_wave_mm": 0.4}.items():
+        plant.set(f"{axis}.{name}", value)
+    furthest = 0
+    for way in (1, 1, -1, -1, -1, 1):
+        for _ in range(500 * stepping):
+            plant.step(0b001, way < 0)
+            plant.run(20)
+            plant.step(0)
+            plant.run(20)
+        plant.density = 0 if stepping else way * 3000
+        plant.run(HZ // 200)
+        plant.density = 0
+        plant.run(HZ // 5)
+        turned = plant.get("read.x_steps") if stepping else plant.positions()["z"]
+        furthest = max(furthest, abs(turned))
+        error = 4000e-6 * turned + 200 * np.sin(2 * np.pi * turned / 4000)
+        assert plant.get(f"read.{axis}_pulses") == pytest.approx(turned + error, abs=1.5)
+    assert furthest > 900
+
+
 def test_limit_switches_are_where_the_machine_says(plant):
     plant.set("side.limit_high_mm", 0.5)
     plant.density = 3000
