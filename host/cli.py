@@ -453,9 +453,9 @@ def tune(
 ) -> None:
     """Measure the drives by small motions, and propose the settings of the position loop.
 
-    The discharge must be off, and the position known. Each axis goes to and fro, also slowly,
-    and without a stop between. Gain, offset, friction, lags, dead time and greatest acceleration of
-    its drive are told, and what they mean for the settings. Nothing is changed.
+    The discharge must be off, and the position known; a locked machine is unlocked. Each axis goes
+    to and fro, also slowly and without a stop. Its drive's gain, offset, friction, lags, dead time
+    and acceleration are told, and settings for them; $540 and $421 are changed meanwhile.
     """
     from host.tune.command import tune as tune_at
     tune_at(port, axes, travel_mm=travel, baud=baud, machine=machine, picture=picture, console=out)

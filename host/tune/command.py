@@ -100,7 +100,7 @@ def told_of(one: Measured, settings: Mapping[str, int]) -> str:
             f"{drive.friction:.3f} mm/s{beside}, lags "
             f"{1000 * drive.lag_s:.1f} and {1000 * drive.filter_s:.1f} ms, dead time "
             f"{1000 * drive.dead_s:.1f} ms, acceleration {limit}; {len(one.samples)} "
-            f"reports, which this explains to {1000 * fit.left:.1f} um (rms)")
+            f"reports, which this explains to {1000 * fit.left:.2f} um (rms)")
 
 
 def drawn(settings: Mapping[str, int], found: Sequence[Measured], wanted: Proposal) -> str:

@@ -10,20 +10,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
+from host.alarms import refusal
 from host.errors import UserError
-from host.link.link import HOLD, RESET, BytePipe, RefusedError, Sent
+from host.link.link import ANSWER_TIMEOUT_S, HOLD, RESET, BytePipe, RefusedError, Sent
 from host.tune.drive import RESTING, Sample
 from softcore.tables.settings import PULSES_PER_MM, assign, named
 
-__all__ = ["AXES", "CORNERS", "FASTEST_MM_S", "SLOW", "WINDOW", "Controlled", "TuneError",
-           "meanwhile", "measuring", "model_lag", "sampled", "settings_of", "speed_of"]
+__all__ = ["AXES", "CORNERS", "FASTEST_MM_S", "LATE_S", "LEGS", "SLOW", "TURNS", "WINDOW",
+           "Controlled", "TuneError", "meanwhile", "measuring", "model_lag", "sampled",
+           "settings_of", "speed_of"]
 
 AXES = "XYZ"
 FASTEST_MM_S = 10.0
 PAIRS = 4                   # motions there and back
 SLOW_PAIRS, SLOW = 1, 4     # those at a speed that is so many times slower
 TURNS, LEGS = 4, 4          # motions that turn without a stop, and the parts of each
-IN_TIME = 0.9               # of the first part, within which the lines of all must have been taken
 UNSURE_S = 2e-3             # after a turn, in which a report may name the leg that comes
 LATE_S = 0.03               # before a turn: a report may name the leg before for so long
 SPREAD_S = 0.02             # over which the first reports of the motions are spread
@@ -212,7 +213,8 @@ def sampled(link: Controlled, settings: Mapping[str, int], axis: str, way: int,
             samples += _motion(link, index, -way if number % 2 else way, pace, travel_mm, time_s,
                                number / (2 * pairs) * SPREAD_S)
     for number in range(TURNS):
-        samples += _turns(link, index, way, speed, travel_mm, time_s, number / TURNS * SPREAD_S)
+        samples += _turns(link, index, way, speed, travel_mm, time_s, number / TURNS * SPREAD_S,
+                          1 + LEGS * number)
     return samples
 
 
@@ -249,44 +251,64 @@ def _motion(link: Controlled, index: int, sign: int, speed: float, travel_mm: fl
 
 
 def _turns(link: Controlled, index: int, sign: int, speed: float, travel_mm: float,
-           time_s: Callable[[], float], wait_s: float) -> list[Sample]:
+           time_s: Callable[[], float], wait_s: float, first: int) -> list[Sample]:
     """Samples after the turns of a motion to and fro, in which the axis does not stop.
 
     At a turn the speed changes by twice its amount, which no start from rest can do. The reports
-    name the part of the motion by the number of its line. That may be earlier than the place by
-    the time that the firmware takes to hear of a block, so what could be of the next part is left
-    out. There are no samples if the lines came so late that the axis may have stopped between them.
+    name the part of the motion by the number of its line, ``first`` and those that follow. That may
+    be earlier than the place by the time that the firmware takes to hear of a block, so what could
+    be of the next part is left out. There are no samples if the lines came so late that the axis
+    may have stopped between them.
+
+    The lines name places of the machine: one that is refused leads nowhere else.
     """
     start, _ = _place(link.status(), index)
-    lines = [_line(index, sign * (1 - leg % 2 * 2) * travel_mm, speed, number=leg + 1)
+    lines = [_place_line(index, start + (0 if leg % 2 else sign * travel_mm), speed, first + leg)
              for leg in range(LEGS)]
     link.command(lines[0])
     # The others at once, so that an answer that takes long costs its time only twice.
     sent = [link.send_line(line) for line in lines[1:-1]]
     link.command(lines[-1])
-    if refused := [one.text for one in sent if one.answer != "ok"]:
-        raise TuneError(f'the controller refuses "{refused[0]}", with which axis {AXES[index]} was '
-                        "to turn.")
     then = link.status()
-    in_time = then["Ln"] == "1" and (_place(then, index)[0] - start) * sign < IN_TIME * travel_mm
+    _taken(link, sent)
+    # Before its end, by so much that no later part can be under way yet.
+    in_time = (int(then["Ln"]) not in range(first + 1, first + LEGS)
+               and (_place(then, index)[0] - start) * sign < travel_mm - LATE_S * speed)
     found: list[Sample] = []
     long_s = LEGS * travel_mm / speed
     for told, command, error in _reports(link, index, time_s, wait_s, long_s):
-        gone, leg = (command - start) * sign, int(told["Ln"]) - 1
+        gone, leg = (command - start) * sign, int(told["Ln"]) - first
         if told["state"] == "Idle":
             return found if in_time else []
         if leg % 2:
             gone = travel_mm - gone
-        if leg > 0 and UNSURE_S < gone / speed < travel_mm / speed - LATE_S:
+        if 0 < leg < LEGS and UNSURE_S < gone / speed < travel_mm / speed - LATE_S:
             moved = sign * speed * (1 - leg % 2 * 2)
             found.append(Sample(gone / speed, error, moved, before=-moved))
     return found
 
 
-def _line(index: int, way_mm: float, speed: float, *, number: int | None = None) -> str:
+def _taken(link: Controlled, sent: Sequence[Sent]) -> None:
+    """Wait until lines have been answered; an answer that was lost comes again."""
+    end = link.pipe.time_s() + ANSWER_TIMEOUT_S
+    while any(one.answer is None for one in sent) and link.pipe.time_s() < end:
+        link.poll(POLL_S)
+    for one in sent:
+        if one.answer is None:
+            raise TuneError(f'the controller does not answer to "{one.text}".')
+        if one.answer != "ok":
+            raise RefusedError(one.text, refusal(int(one.answer.removeprefix("error:")))
+                               if one.answer.startswith("error:") else one.answer)
+
+
+def _line(index: int, way_mm: float, speed: float) -> str:
     """A straight line along an axis."""
-    name = "" if number is None else f"N{number} "
-    return f"{name}G21 G91 G94 G01 {AXES[index]}{way_mm:.4f} F{60 * speed:g}"
+    return f"G21 G91 G94 G01 {AXES[index]}{way_mm:.4f} F{60 * speed:g}"
+
+
+def _place_line(index: int, place_mm: float, speed: float, number: int) -> str:
+    """A straight line to a place of the machine."""
+    return f"N{number} G53 G21 G90 G94 G01 {AXES[index]}{place_mm:.4f} F{60 * speed:g}"
 
 
 def _reports(link: Controlled, index: int, time_s: Callable[[], float], wait_s: float,

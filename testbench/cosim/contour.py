@@ -73,9 +73,9 @@ class Deviation:
     corners: float
 
 
-def circle(radius_mm: float) -> Shape:
-    """A full circle through zero."""
-    return Shape((Piece((0, 0), (0, 0), (-radius_mm, 0)),))
+def circle(radius_mm: float, turns: int = 1) -> Shape:
+    """A full circle through zero, so many times."""
+    return Shape((Piece((0, 0), (0, 0), (-radius_mm, 0)),) * turns)
 
 
 def square(side_mm: float) -> Shape:

@@ -204,12 +204,17 @@ def _apart(work: Callable[[], tuple[int | None, Result]]) -> tuple[int | None, R
         # Python 3.12 and later warn of threads, as pytest-xdist has one. The copy does not use it.
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
+    sender.close()      # so that the end of the process is the end of the pipe
     try:
         assert receiver.poll(DEADLINE_S), f"no result within {DEADLINE_S:.0f} s"
         found = receiver.recv()
+    except EOFError:
+        process.join()
+        found = f"the process has ended with {process.exitcode}, without a result"
     finally:
         process.kill()
         process.join()
+        receiver.close()
     assert not isinstance(found, str), found
     return found
 

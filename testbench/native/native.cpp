@@ -252,6 +252,7 @@ void gk_turn_over(Session* s, uint64_t member, uint64_t bit) {
 
 void gk_trace_period(Session* s, uint64_t clocks) { s->record(clocks); }
 uint64_t gk_shorts_rows(Session* s) { return s->shorts.rows.size() / bench::Shorts::COLUMNS; }
+uint64_t gk_contact_clocks(Session* s) { return s->shorts.contact_clocks; }
 void gk_shorts_read(Session* s, double* out) {
     std::memcpy(out, s->shorts.rows.data(), s->shorts.rows.size() * sizeof(double));
 }

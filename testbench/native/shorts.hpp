@@ -27,6 +27,7 @@ public:
         if (contact && !contact_)
             touched_ = clock;
         contact_ = contact;
+        contact_clocks += contact;
         if (stopping && !stopping_ && shorted) {
             ++number_;
             begin_ = clock;
@@ -43,6 +44,7 @@ public:
     }
 
     std::vector<double> rows;
+    uint64_t contact_clocks = 0;
 
 private:
     template <typename Path, typename Place>

@@ -51,6 +51,7 @@ _FUNCTIONS = {
     "gk_trace_read": (None, [_POINTER, _POINTER]),
     "gk_shorts_rows": (_UNSIGNED, [_POINTER]),
     "gk_shorts_read": (None, [_POINTER, _POINTER]),
+    "gk_contact_clocks": (_UNSIGNED, [_POINTER]),
     "gk_tap": (None, [_POINTER, ctypes.POINTER(ctypes.c_uint32), _UNSIGNED]),
     "gk_changes": (_UNSIGNED, [_POINTER]),
     "gk_changes_take": (None, [_POINTER, _POINTER]),
@@ -304,6 +305,13 @@ class Simulation(Session):
         rows = np.empty((self._code.gk_shorts_rows(self._handle), len(SHORTS)))
         self._code.gk_shorts_read(self._handle, rows.ctypes.data)
         return {name: rows[:, index].copy() for index, name in enumerate(SHORTS)}
+
+    def contact_s(self) -> float:
+        """Time for which electrode and work have truly touched, or something between conducted.
+
+        Without ``trace`` it is not counted.
+        """
+        return self._code.gk_contact_clocks(self._handle) / self.clock_hz
 
 
 def start(*, machine: dict, clock_hz: int, seed: int, waves: Path | None = None,
