@@ -38,7 +38,7 @@ void homing_stop(void) {
     homing_end(&f);
 }
 
-void homing_indexed(uint32_t axes, const int32_t *place) {
+__attribute__((noinline, section(".rare"))) void homing_indexed(uint32_t axes, const int32_t *place) {
     if (!(axes >> homing_now.axis & 1))
         return;
     if (homing_now.phase == HOMING_LEAVE) {

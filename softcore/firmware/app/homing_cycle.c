@@ -18,6 +18,8 @@
 #include "hal/hal.h"
 #include "path/path.h"
 
+#include "base/rare.h" /* last */
+
 #define LEAVE_UM_MIN 60000  /* highest speed that the gateware allows on a switch */
 #define AGAIN 2             /* longest slow approach, in pull-offs */
 
@@ -165,7 +167,7 @@ static void left(void) {
         homed(homing_now.switched + homing_axis_pull_off());
 }
 
-void homing_cycle_step(void) {
+__attribute__((noinline)) void homing_cycle_step(void) {
     if (homing_now.phase == HOMING_NONE)
         return;
     if (homing_now.phase == HOMING_STOP) {

@@ -200,7 +200,7 @@ static bool coder_fits(unsigned axis) {
            values[SET_GEAR_PULSES_X + axis] <= COARSEST_CODER * values[SET_GEAR_STEPS_X + axis];
 }
 
-bool settings_gears(fault *f) {
+__attribute__((noinline, section(".rare"))) bool settings_gears(fault *f) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         unsigned steps = settings_number((setting)(SET_GEAR_STEPS_X + axis));
         unsigned pulses = settings_number((setting)(SET_GEAR_PULSES_X + axis));
