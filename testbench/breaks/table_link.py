@@ -213,7 +213,7 @@ LINK = (
     *breaks_of(
         "softcore/firmware/base/settings.c", "unit/firmware/test_corners.py",
         ("(100 - percent) * loop_us", "loop_us", "a corner follows from the loop in force"),
-        ("drive_us = values[SET_DRIVE_LAG_US]", "drive_us = DRIVE_LAG_US",
+        ("drive_us = values[SET_DRIVE_LAG_US]", "drive_us = 3300",
          "a corner follows from the lag of the drives"),
         ("group == GROUP_MOTION || group == GROUP_LOOP", "group == GROUP_LOOP",
          "a corner follows from the highest speed"),
