@@ -27,13 +27,17 @@ int32_t homing_axis_pull_off(void) {
     return homing_now.down ? way : -way;
 }
 
-/* The error counters cannot tell it: with the drives off an axis never reaches its command. */
+/* The error counters cannot tell it: with the drives off an axis never reaches its command. Between
+   two edges of a coarse coder an axis goes to and fro over one of them. */
 bool homing_axis_stands(void) {
     uint32_t now = hal_cycle_low();
-    for (unsigned k = 0; k < HAL_AXES; k++)
-        if (hal_axis_position(k) != stood[k]) {
-            stood[k] = hal_axis_position(k);
+    for (unsigned k = 0; k < HAL_AXES; k++) {
+        uint32_t edge = settings_edge(k), reach = edge > 1 ? edge : 0;
+        int32_t at = hal_axis_position(k);
+        if ((uint32_t)at - (uint32_t)stood[k] + reach > 2 * reach) {
+            stood[k] = at;
             homing_now.since = now;
         }
+    }
     return now - homing_now.since > units_clocks_of_us(REST_US);
 }

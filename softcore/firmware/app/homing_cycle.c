@@ -128,6 +128,8 @@ static void stopped(void) {
         return;
     if (homing_now.axis == HAL_AXES) {
         machine_run(false);
+        if (settings_screws())
+            settings_renew_screws(); /* so that what is made up for does not add up */
         control_begin_path();
         next();
     } else if (machine_clear(&f)) {

@@ -22,7 +22,8 @@ void homing_index_leave(void) {
 }
 
 void homing_index_search(void) {
-    int32_t way = units_pulses_of_um(settings_get(SET_HOME_INDEX_UM));
+    uint32_t um = settings_get(SET_HOME_INDEX_UM), travel = settings_travel_um(homing_now.axis);
+    int32_t way = units_pulses_of_um(um < travel ? um : travel);
     homing_now.phase = HOMING_INDEX;
     homing_now.told = false;
     control_begin_path();

@@ -10,8 +10,6 @@
 
 __attribute__((noinline)) void pitch_watch_step(void) {
     watch_between(); /* a pass of the three axes takes some 1000 clocks */
-    if (homing_active())
-        pitch_none();
-    else if (!machine_locked() && !machine_position_lost())
+    if (!homing_active() && !machine_locked() && !machine_position_lost())
         pitch_follow();
 }

@@ -92,7 +92,7 @@ static uint32_t entered_before(void) {
         setting_group group = settings_row(at)->group;
         if (group == GROUP_TRAVEL || group == GROUP_DRIVES ||
             (group == GROUP_PITCH && settings_differs(at)))
-            total = mix(total, settings_get(at));
+            total = mix(total + at, settings_get(at));
     }
     watch_between();
     total = mix_all(total, in_force_kept_class(0), GAP_CLASSES * sizeof(gap_class) / sizeof total);

@@ -173,9 +173,17 @@ static void apply_travel(void) {
     }
 }
 
+uint32_t settings_edge(unsigned axis) {
+    uint32_t steps = values[SET_GEAR_STEPS_X + axis];
+    return values[SET_STEP_AXES] >> axis & 1 ? 1
+                                             : (values[SET_GEAR_PULSES_X + axis] + steps - 1) / steps;
+}
+
+/* An axis between two edges of its coder goes to and fro over one of them. */
 static void write_errors(unsigned axis) {
+    uint32_t edge = settings_edge(axis), window = values[SET_WINDOW];
     hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
-                    values[SET_WINDOW]);
+                    edge > 1 && window < edge ? edge : window);
 }
 
 static void write_mode(unsigned axis) {
@@ -216,21 +224,29 @@ __attribute__((noinline, section(".rare"))) bool settings_gears(fault *f) {
 }
 
 bool settings_screws(void) { return screws; }
+int32_t settings_pitch(unsigned axis) { return pitch[axis]; }
 void settings_put_pitch(unsigned axis, int32_t pulses) {
     pitch[axis] = pulses;
     hal_axis_pitch(axis, pulses);
+}
+
+void settings_renew_screws(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        settings_put_pitch(axis, 0);
+        hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
+    }
 }
 
 /* Writing gear and backlash begins both anew. A gear that does not fit is not written; the position
    cannot be known again before it fits. */
 void settings_renew_drives(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        write_errors(axis);
         write_mode(axis);
         if (gear_fits(axis))
             hal_axis_gear(axis, values[SET_GEAR_STEPS_X + axis], values[SET_GEAR_PULSES_X + axis]);
-        settings_put_pitch(axis, 0);
-        hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
     }
+    settings_renew_screws();
 }
 
 /* Clocks of a time of the step pulses: an axis's own one, or that of all. */
@@ -390,7 +406,7 @@ bool settings_set(uint32_t number, uint32_t value) {
     if (!settings_load(number, value))
         return false;
     uint8_t group = settings_row(which)->group;
-    if (before == value && group == GROUP_DRIVES)
+    if (before == value && (group == GROUP_DRIVES || group == GROUP_PITCH))
         return true;
     /* Apply only the group of this setting: conversions take 64-bit divisions. */
     switch (group) {
@@ -399,6 +415,7 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_TRAVEL: apply_travel(); break;
     case GROUP_AXES: apply_axes(); break;
     case GROUP_DRIVES: settings_renew_drives(); break;
+    case GROUP_PITCH: settings_renew_screws(); break;
     case GROUP_SIDE: apply_side(); break;
     case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */

@@ -24,10 +24,18 @@ void settings_renew(void);
 void settings_renew_drives(void); /* those of mode, gear, backlash and pitch error: these then begin anew */
 uint32_t settings_get(setting which);
 
+/* Pulses of an edge of the axis's coder, rounded up; 1 with steps. */
+uint32_t settings_edge(unsigned axis);
+
 /* Has a table of a screw been entered? And the error of an axis's screw that is made up for, in
    pulses up; the axis walks to a new one. */
 bool settings_screws(void);
+int32_t settings_pitch(unsigned axis);
 void settings_put_pitch(unsigned axis, int32_t pulses);
+
+/* Backlash and pitch begin anew: each axis counts as having come up, and nothing is made up for. No
+   axis moves by it, so their places are lost. */
+void settings_renew_screws(void);
 
 /* The setting with a number, SETTINGS if there is none; the number of a setting, and its row. */
 setting settings_find(uint32_t number);

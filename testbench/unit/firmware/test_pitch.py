@@ -55,85 +55,98 @@ def test_as_built_nothing_is_made_up_for(machine):
 
 @pytest.mark.parametrize(("errors", "first", "step"), [
     ([0, 100, 0, -60, -60, 40], 20_000, 10_000),
-    ([-4000, 4000], 0, 1_000_000),
+    ([-2000, 2095], 0, 1_000_000),
     ([12, 3, 5, 1, 4, 9, 2, 6, 5, 3, 5, 8, 9, 7, 9, 3], 75_000, 10_000)])
 def test_a_place_has_the_error_of_the_line_between_its_points(machine, rng, errors, first, step):
+    """Less that of the place where the position became known, both rounded to pulses."""
     enter(machine, "x", errors, first=first, step=step)
     assert pitch(machine) == 0, "not while the position is lost"
     assert machine.line("$POSITION=HERE") == ["ok"]
     last = (len(errors) - 1) * step - first
     places = [-first, last, *(rng.randint(-first - 9000, last + 9000) for _ in range(20))]
     found = dict(there(machine, *places))
-    assert all(abs(error - wanted(errors, first, step, place)) <= Fraction(1, 2) + Fraction(1, 500)
+    here = wanted(errors, first, step, 0)
+    assert all(abs(error - (wanted(errors, first, step, place) - here)) <= 1 + Fraction(1, 250)
                for place, error in found.items())
-    assert found[-first] == errors[0]
-    assert found[last] == errors[-1]
+    assert found[last] - found[-first] == errors[-1] - errors[0]
     assert dict(there(machine, *reversed(places))) == found, "from the other side as well"
     assert [pitch(machine, axis) for axis in "yz"] == [0, 0]
 
 
-def test_a_change_of_the_table_waits_until_the_position_is_known_again(machine):
-    enter(machine, "x", [30, 30], first=0, step=10_000)
+def ramp(machine):
+    """A table that rises by 1 pulse in 1000 about the place where the position becomes known."""
+    enter(machine, "x", [0, 10, 20], first=10_000, step=10_000)
     assert machine.line("$POSITION=HERE") == ["ok"]
     machine.run(50)
-    assert pitch(machine) == 30
-    assert machine.line(assign("pitch_x_1", NO_PITCH_ERROR + 50)) == ["ok"]
+    assert pitch(machine) == 0, "no axis moves when its position becomes known"
+    assert dict(there(machine, 5000)) == {5000: 5}
+
+
+def test_a_change_of_the_table_moves_nothing(machine):
+    ramp(machine)
+    assert machine.line(assign("pitch_x_3", NO_PITCH_ERROR + 40)) == ["ok"]
     assert "|Lost" in machine.line("?")[-1]
-    assert pitch(machine) == 30, "nothing moves"
+    assert pitch(machine) == 0, "the drive's offset begins anew at 0"
     assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
-    assert machine.line(assign("pitch_x_1", NO_PITCH_ERROR + 50)) == ["ok"]
-    assert machine.line("$POSITION=HERE") == ["ok"]
-    machine.run(50)
-    assert pitch(machine) == 50
-    # Without a table nothing is made up for.
-    assert machine.line(assign("pitch_points_x", 0)) == ["ok"]
-    assert pitch(machine) == 50
     assert machine.line("$POSITION=HERE") == ["ok"]
     machine.run(50)
     assert pitch(machine) == 0
+    assert dict(there(machine, 6000)) == {6000: 3}
+    # Without a table nothing is made up for.
+    assert machine.line(assign("pitch_points_x", 0)) == ["ok"]
+    assert machine.line("$POSITION=HERE") == ["ok"]
+    assert dict(there(machine, 9000, 0)) == {9000: 0, 0: 0}
+
+
+def test_what_is_said_twice_changes_nothing(machine):
+    """Neither the position that is known nor the value that a setting has."""
+    ramp(machine)
+    assert machine.line("$POSITION=HERE") == ["ok"]
+    assert machine.line(assign("pitch_x_3", NO_PITCH_ERROR + 20)) == ["ok"]
+    machine.run(50)
+    assert pitch(machine) == 5
+    assert dict(there(machine, 0)) == {0: 0}
 
 
 @pytest.mark.parametrize(("cause", "kept"), [("estop", True), ("guard", False)])
 def test_a_trip_leaves_it_and_a_count_that_begins_anew_forgets_it(machine, cause, kept):
-    enter(machine, "x", [30, 30], first=0, step=10_000)
-    assert machine.line("$POSITION=HERE") == ["ok"]
-    machine.run(50)
+    ramp(machine)
     machine.library.gk_trip(CAUSE[cause], 1)
     machine.run(CLOCK_HZ // 25_000)
-    assert pitch(machine) == 30, "locked: nothing moves"
+    assert pitch(machine) == 5, "locked: nothing moves"
     assert machine.line("$X")[-1] == "ok"
-    assert pitch(machine) == (30 if kept else 0)
+    assert pitch(machine) == (5 if kept else 0)
     if not kept:
         assert machine.line("$POSITION=HERE") == ["ok"]
-        machine.run(50)
-    assert pitch(machine) == 30
+    machine.run(50)
+    assert pitch(machine) == (5 if kept else 0)
+    assert dict(there(machine, 0)) == {0: 0 if kept else -5}
 
 
 def test_a_setting_of_the_drives_forgets_it(machine):
-    enter(machine, "x", [30, 30], first=0, step=10_000)
-    assert machine.line("$POSITION=HERE") == ["ok"]
-    machine.run(50)
+    ramp(machine)
     assert machine.line(assign("backlash_x", 7)) == ["ok"]
     assert pitch(machine) == 0, "the offset of the drive begins anew at 0"
     machine.run(50)
     assert pitch(machine) == 0
 
 
-def test_homing_goes_without_it():
+def test_homing_leaves_it_and_what_is_made_up_for_does_not_add_up():
+    """Each time there is none at the reference, at -299 mm."""
     machine = Machine()
     machine.unlock()
     enter(machine, "x", [30, 20], first=3_000_000, step=1_000_000)
-    assert machine.line("$POSITION=HERE") == ["ok"]
-    machine.run(50)
-    assert pitch(machine) == 20
-    machine.lines.clear()
-    assert machine.line("$H", 20) == []
-    assert pitch(machine) == 0
-    machine.go(until=lambda: pitch(machine))
-    machine.go()
-    assert machine.lines == ["ok"]
-    machine.run(50)
-    assert pitch(machine) == 30, "X stands at its lower end"
+    for _ in range(3):
+        machine.lines.clear()
+        home(machine)
+        assert machine.lines == ["ok"]
+        machine.run(50)
+        assert pitch(machine) == 0, "X stands at its lower end"
+        place = machine.axes[0]
+        assert machine.line("G53 G00 X-250", 20) == ["ok"]
+        machine.run(8000)
+        assert machine.axes[0] == place + 490_000
+        assert pitch(machine) == 25 - 30
 
 
 @pytest.mark.parametrize("steep", [True, False])
@@ -153,6 +166,14 @@ def test_a_table_that_is_too_steep_is_refused(steep):
     else:
         home(machine)
         assert machine.lines == ["ok"]
+
+
+@pytest.mark.parametrize("wide", [True, False])
+def test_errors_that_are_further_apart_than_can_be_made_up_for_are_refused(machine, wide):
+    enter(machine, "z", [2000, 2095, -1999, -2000 - wide], first=0, step=1_000_000)
+    said = ["[MSG:errors in the pitch table of Z ($603 and on) differ by more than 4095 pulses.]",
+            error_line("setting")]
+    assert machine.line("$POSITION=HERE") == (said if wide else ["ok"])
 
 
 @pytest.mark.parametrize(("name", "value"), [("points_y", PITCH_POINTS + 1), ("step_y", 9999),
