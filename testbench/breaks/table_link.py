@@ -194,7 +194,7 @@ LINK = (
          "an axis has step times of its own"),
         ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
          "more steps than pulses are not in force"),
-        ("before == value && group == GROUP_DRIVES", "before == value && false",
+        ("before == value && (group == GROUP_DRIVES", "before == value && (false",
          "the same value leaves the gear"),
     ),
     *breaks_of(

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/pitch_watch.h"
 
-#include "app/homing.h"
 #include "app/machine.h"
 #include "base/pitch.h"
 #include "base/watch.h"
@@ -10,6 +9,6 @@
 
 __attribute__((noinline)) void pitch_watch_step(void) {
     watch_between(); /* a pass of the three axes takes some 1000 clocks */
-    if (!homing_active() && !machine_locked() && !machine_position_lost())
+    if (!machine_locked() && !machine_position_lost())
         pitch_follow();
 }

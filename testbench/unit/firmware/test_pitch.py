@@ -95,7 +95,7 @@ def test_a_change_of_the_table_moves_nothing(machine):
     # Without a table nothing is made up for.
     assert machine.line(assign("pitch_points_x", 0)) == ["ok"]
     assert machine.line("$POSITION=HERE") == ["ok"]
-    assert dict(there(machine, 9000, 0)) == {9000: 0, 0: 0}
+    assert dict(there(machine, 9000, -15_000)) == {9000: 0, -15_000: 0}
 
 
 def test_what_is_said_twice_changes_nothing(machine):
@@ -103,6 +103,21 @@ def test_what_is_said_twice_changes_nothing(machine):
     ramp(machine)
     assert machine.line("$POSITION=HERE") == ["ok"]
     assert machine.line(assign("pitch_x_3", NO_PITCH_ERROR + 20)) == ["ok"]
+    machine.run(50)
+    assert pitch(machine) == 5
+    assert dict(there(machine, 0)) == {0: 0}
+
+
+def test_it_stays_when_a_lost_position_is_accepted(machine):
+    """A reset ends homing before an axis has moved; the position is lost all the same."""
+    ramp(machine)
+    assert machine.line("$H", 5) == []
+    machine.send(b"\x18")
+    machine.run(400)
+    assert pitch(machine) == 5
+    assert machine.line("$X")[-1] == "ok"
+    assert "|Lost" in machine.line("?")[-1]
+    assert machine.line("$POSITION=HERE") == ["ok"]
     machine.run(50)
     assert pitch(machine) == 5
     assert dict(there(machine, 0)) == {0: 0}
