@@ -11,6 +11,7 @@ from host.machines.axis_tables import Drive
 from softcore.tables.settings import (
     COARSEST_CODER,
     LARGEST_GEAR,
+    LARGEST_PITCH_ERROR,
     NO_PITCH_ERROR,
     PULSES_PER_MM,
     STEEPEST_PITCH,
@@ -56,7 +57,7 @@ def _screw(machine: str, axis: str, drive: Drive) -> Iterator[tuple[str, int]]:
     Raises
     ------
     UsageError
-        If the table has a single point, or is too steep.
+        If the table has a single point, is too steep or too wide, or lies where the axis never is.
     """
     errors = [round(error * PULSES_PER_MM / 1000) for error in drive.pitch_error_um]
     if not errors:
@@ -71,6 +72,16 @@ def _screw(machine: str, axis: str, drive: Drive) -> Iterator[tuple[str, int]]:
                 f"machine {machine}: {axis}.pitch_error_um changes by {abs(after - before) / 10:g} "
                 f"um up to point {point}; the most are {step / STEEPEST_PITCH / 10:g} um, a "
                 f"hundredth of {axis}.pitch_step_mm.")
+    if max(errors) - min(errors) > LARGEST_PITCH_ERROR:
+        raise UsageError(
+            f"machine {machine}: errors of {axis}.pitch_error_um lie "
+            f"{(max(errors) - min(errors)) / 10:g} um apart; the most are "
+            f"{LARGEST_PITCH_ERROR / 10:g} um.")
+    end = drive.pitch_from_mm + (len(errors) - 1) * drive.pitch_step_mm
+    if end <= drive.low_mm or drive.pitch_from_mm >= drive.high_mm:
+        raise UsageError(
+            f"machine {machine}: the points of {axis}.pitch_error_um, {drive.pitch_from_mm:g} to "
+            f"{end:g} mm, lie beyond the travel, {axis}.low_mm to {axis}.high_mm.")
     yield f"pitch_points_{axis}", len(errors)
     yield f"pitch_first_{axis}", round(-drive.pitch_from_mm * PULSES_PER_MM)
     yield f"pitch_step_{axis}", step

@@ -246,10 +246,23 @@ TABLE_BOUND = "z.pitch_error_um must be at most 16 errors of -409.5 to 409.5 um.
     ([0, True], TABLE_BOUND), (1.5, TABLE_BOUND),
     ([3.0], "z.pitch_error_um has one point; a table has two or more."),
     ([0, 100, -100.1], "z.pitch_error_um changes by 200.1 um up to point 3; the most are 200 um, a "
-                       "hundredth of z.pitch_step_mm.")])
+                       "hundredth of z.pitch_step_mm."),
+    ([0, 200, 209.5, 9.5, -190.5, -200.1],
+     "errors of z.pitch_error_um lie 409.6 um apart; the most are 409.5 um.")])
 def test_a_table_of_a_screw_that_there_is_not_is_refused(workdir, errors, said):
     path = workdir / "mine.toml"
     path.write_text(f'base = "sinker"\n[z]\npitch_error_um = {str(errors).replace("True", "true")}')
+    with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
+        load(str(path))
+
+
+@pytest.mark.parametrize(("axis", "points"), [
+    ("pitch_from_mm = -19000", "-19000 to -18980"), ("low_mm = -20\nhigh_mm = 0", "0 to 20")])
+def test_a_table_beyond_the_travel_is_refused(workdir, axis, points):
+    path = workdir / "mine.toml"
+    path.write_text(f'base = "sinker"\n[x]\npitch_error_um = [0, 1]\n{axis}')
+    said = (f"the points of x.pitch_error_um, {points} mm, lie beyond the travel, x.low_mm to "
+            "x.high_mm.")
     with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
         load(str(path))
 
