@@ -63,8 +63,8 @@ PitchError = Annotated[float, Field(ge=-LARGEST_PITCH_UM, le=LARGEST_PITCH_UM)]
 class Drive(Table):
     """One axis where it differs from the others: its output, gear, play, screw, speed and travel.
 
-    From this table the controller's settings of the axis follow; `[settings]` wins over it. A
-    table, and each of its numbers, may be left out.
+    From this table the controller's settings of the axis follow; `[settings]` wins over it, but for
+    the table of the screw's error. A table, and each of its numbers, may be left out.
     """
 
     output: Literal["velocity", "step"] = Field(default="velocity",

@@ -46,6 +46,9 @@ def _wrong_setting(number: int, value: int) -> str:
     setting = of_number(number)
     if setting is None:
         return "is no setting of the controller; docs/reference/settings.md lists them"
+    if setting.name.startswith("pitch_"):
+        return (f"({setting.name}) belongs to the table of a screw's error; a machine's file gives "
+                "it as pitch_error_um of the axis")
     if setting.lowest <= value <= setting.highest:
         return ""
     return f"({setting.name}) must be {setting.lowest} to {setting.highest}, not {value}"

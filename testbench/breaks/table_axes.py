@@ -7,6 +7,7 @@ __all__ = ["AXES"]
 
 HOMING = "unit/firmware/test_homing.py"
 INDEX = "unit/firmware/test_homing_index.py"
+COARSE = "cosim/test_coarse_homing.py"
 WIRING = "unit/firmware/test_wiring.py"
 
 AXES = (
@@ -44,6 +45,11 @@ AXES = (
          "an index before the pull-off is near, too"),
         ("homing_now.index - hal_axis_command(homing_now.axis)", "0",
          "the axis goes back onto its index"),
+        ("um < travel ? um", "um != travel ? um", "the search stays within the travel"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/meter.c", COARSE,
+        ("settings_edge(axis) + rests", "1u + rests", "a jog ends between two edges of a coder"),
     ),
     *breaks_of(
         "softcore/firmware/app/control.c", HOMING,
@@ -91,6 +97,8 @@ AXES = (
     *breaks_of(
         "softcore/firmware/base/settings.c", "unit/firmware/test_drives.py",
         ("#define COARSEST_CODER 20", "#define COARSEST_CODER 21", "no coder is coarser than said"),
+        ("edge > 1 && window < edge", "edge > 99 && window < edge",
+         "an axis within an edge of its place is in position", COARSE),
     ),
     *breaks_of(
         "softcore/firmware/app/homing_cycle.c", "unit/firmware/test_drives.py",

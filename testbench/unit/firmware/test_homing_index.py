@@ -101,15 +101,17 @@ def test_an_index_near_the_pull_off_is_told(away):
     assert "Change $537" in said
 
 
-def test_an_index_that_does_not_come_is_an_alarm():
-    machine = Indexed(at={})
+@pytest.mark.parametrize(("travel_um", "way_um"), [(500_000, WAY_UM), (2000, 2000)])
+def test_an_index_that_does_not_come_is_an_alarm(travel_um, way_um):
+    """Within the travel, too, where that is shorter than the search."""
+    machine = Indexed(at={}, low_x_um=travel_um // 2, high_x_um=travel_um // 2)
     home(machine)
     machine.run(REST)
     assert error_line("locked") in machine.lines
     assert f"ALARM:{named('home_not_found').alarm}" in machine.lines
     (alarm,) = events(machine.lines, "alarm")
     assert "X: the index of the coder did not come" in alarm[-1]
-    assert machine.axes[X] == machine.tripped[-1][X] + PULL_OFF + WAY_UM * 10
+    assert machine.axes[X] == machine.tripped[-1][X] + PULL_OFF + way_um * 10
     assert state(machine)[0] == "Alarm"
     assert any(part.startswith("Lost") for part in state(machine))
 

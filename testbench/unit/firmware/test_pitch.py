@@ -8,7 +8,18 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import error_line
 from softcore.tables.settings import NO_PITCH_ERROR, PITCH_POINTS, STEEPEST_PITCH, assign
+from testbench.unit.firmware.test_bookmark import (
+    SECOND,
+    alarmed,
+    booted,
+    cut_in,
+    memory,
+    resumed,
+    switched_on,
+)
 from testbench.unit.firmware.test_homing import Machine, home
+
+__all__ = ["memory"]
 
 CLOCK_HZ = 2_000_000
 CAUSE = numbers()
@@ -208,3 +219,16 @@ def test_the_table_is_listed(machine):
     rows = [listed[str(int(assign(f"pitch_{name}", 5000 if name != "points_y" else 3)[1:].split(
         "=")[0]))] for name in ("points_y", "first_y", "y_1", "y_2", "y_3", "y_4")]
     assert rows == ["3", "100", "5000", "5007", "4997", "5000"]
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_a_tape_is_not_resumed_with_the_error_at_another_point(memory, other):
+    machine = booted(memory)
+    machine.unlock()
+    enter(machine, "x", (100, 0), first=0, step=200_000)
+    machine.run(SECOND)
+    machine = switched_on(memory, cut_in(memory, 5))
+    machine.ready()
+    if other:
+        enter(machine, "x", (0, 100), first=0, step=200_000)
+    assert alarmed(resumed(machine)) is other

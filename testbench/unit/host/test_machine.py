@@ -79,6 +79,8 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
 @pytest.mark.parametrize(("line", "said"), [
     ("99 = 1", r"settings\.99 is no setting of the controller; docs/reference/settings\.md lists "
                r"them\."),
+    ("562 = 3", r"settings\.562 \(pitch_points_x\) belongs to the table of a screw's error; a "
+                r"machine's file gives it as pitch_error_um of the axis\."),
     ("400 = 33", r"settings\.400 \(short_needed\) must be 1 to 32, not 33\."),
 ])
 def test_a_setting_that_the_controller_would_refuse_is_refused_at_once(workdir, line, said):
