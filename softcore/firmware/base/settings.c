@@ -15,8 +15,7 @@ static uint32_t values[SETTINGS];
 static uint32_t edition;
 static unsigned differing; /* settings that are not as built */
 /* Converted values. They are kept because converting them takes 64-bit divisions. */
-static uint32_t lag_clocks;
-static uint32_t start_rate, acceleration, highest_speed, highest_rate;
+static uint32_t lag_clocks, start_rate, acceleration, highest_speed, highest_rate;
 static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
 static uint64_t arc_gain; /* as of a loop of first order, 2**-32 pulse/clock per pulse */
