@@ -80,8 +80,9 @@ WIRES = (
         "gap_arc": "P2.24",
         "gap_short": "P2.25",
         "gap_noise": "P2.26",
-        # P5: the shift registers.
+        # P5: the shift registers, and what only homing reads.
         "chain": "P5.5 P5.6 P5.7",
+        "enc_index": "P5.8 P5.9 P5.10",
     }),
 
     # The converter that must be added.

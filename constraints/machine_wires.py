@@ -21,6 +21,8 @@ USUAL: dict[str, tuple[str, str, str, dict[str, Any]]] = {
               "the axis seems to stand: the supervision trips when it should move", {}),
     "enc_b": ("coder", "plain input, as phase A",
               "the axis seems to tremble: the supervision trips when it should move", {}),
+    "enc_index": ("coder", "plain input; only homing reads it", "homing does not find the index: "
+                  "ALARM:9", {}),
     "dac": ("drive", "high is a velocity, so that no level at all is none",
             "the drive stands still; the supervision trips", OUTPUT),
     "dac_negative": ("drive", "a sign alone moves nothing",

@@ -14,7 +14,8 @@ class Pad:
 
     ``doc`` describes it in a sentence, for ``docs/reference/pins.md``. ``level`` is that of each
     pin while nothing else is known, true = active: of an input in the first clocks, until it has
-    come through, and of an output in reset.
+    come through, and of an output in reset. An ``optional`` input may have no pins on a board: then
+    it keeps its level.
     """
 
     name: str
@@ -22,6 +23,7 @@ class Pad:
     width: int = 1
     doc: str = ""
     level: int = 0
+    optional: bool = False
 
 
 PADS = (
@@ -29,6 +31,8 @@ PADS = (
     Pad("tx", "o", doc="Serial link to the host; idle high.", level=1),
     Pad("enc_a", "i", AXES, "Quadrature encoders, phase A, by axis, X first."),
     Pad("enc_b", "i", AXES, "Quadrature encoders, phase B."),
+    Pad("enc_index", "i", AXES, "Their index, once in a turn: for homing on it (setting 560).",
+        optional=True),
     Pad("gap_high", "i", doc="Comparator: gap voltage above the open level."),
     Pad("gap_arc", "i", doc="Comparator: gap voltage below the arc level."),
     Pad("gap_short", "i", doc="Comparator: gap voltage below the short level."),

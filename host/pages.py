@@ -10,8 +10,10 @@ from pydantic.fields import FieldInfo
 from typer.cli import get_docs_for_click
 
 from host.cli import app
+from host.machines.axis_tables import LARGEST_PITCH_UM
 from host.machines.machine_file import MACHINES, STEPS, WORDS, MachineFile, Table, bounds
 from host.places import ROOT
+from softcore.tables.settings import PITCH_POINTS
 
 __all__ = ["COMMAND_LINE", "MACHINE_FILE", "PAGES", "command_line", "machine_file"]
 
@@ -94,6 +96,8 @@ def _range(key: str, field: FieldInfo) -> str:
         return ", ".join(f"`{word}`" for word in WORDS[key])
     if key == "stock.steps":
         return f"1 to {STEPS} pairs"
+    if key.endswith(".pitch_error_um"):
+        return f"0 or 2 to {PITCH_POINTS} numbers, ±{LARGEST_PITCH_UM}"
     lowest, highest = (f"{bound:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
                        for bound in bounds(field))
     return lowest if lowest == highest else f"{lowest} to {highest}"

@@ -11,6 +11,7 @@ from rtl.auxiliary.functions import AuxiliaryFunctions
 from rtl.gap.gap import Gap
 from rtl.members import AXES, pins
 from rtl.motion.axes import Axes
+from rtl.motion.index import Index
 from rtl.motion.motion import Motion
 from rtl.power.condition import Condition
 from rtl.power.power import Power
@@ -95,6 +96,7 @@ class Controller(wiring.Component):
                                   creep=round(leaving_mm_s * pulses_per_mm * 2**32 / clock_hz))
         self.drives = Axes(registers=registers, letters=AXES, clock_hz=clock_hz,
                            pulses_per_mm=pulses_per_mm, dac=dac_kind, fastest_mm_s=fastest_mm_s)
+        self.index = Index(axes=self.axes)
         self.gap = Gap(registers=registers, clock_hz=clock_hz, scope_depth=scope_depth)
         self.condition = Condition(registers=registers, latch=latch_clocks,
                                    settle=filter_clocks(clock_hz, reference_rc_us))
@@ -120,6 +122,7 @@ class Controller(wiring.Component):
         m = Module()
         m.submodules.motion = self.motion
         m.submodules.drives = self.drives
+        m.submodules.index = self.index
         m.submodules.gap = self.gap
         m.submodules.condition = self.condition
         m.submodules.power = self.power
@@ -169,6 +172,9 @@ class Controller(wiring.Component):
             drives.resting.eq(motion.resting),
             drives.left_low.eq(interlock.left_low), drives.left_high.eq(interlock.left_high),
             drives.enc_a.eq(self.enc_a), drives.enc_b.eq(self.enc_b),
+            self.index.line.eq(self.enc_index), self.index.safe.eq(self.stopped),
+            self.index.arm.eq(self.registers.event.index),
+            self.index.arm_strobe.eq(self.registers.event.index_strobe),
             self.dac.eq(drives.dac), self.dac_negative.eq(drives.dac_negative),
             self.step.eq(drives.step), self.dir.eq(drives.dir),
             self.drive_enable.eq(drives.drive_enable),
@@ -295,6 +301,7 @@ class Controller(wiring.Component):
             report.retraction.eq(self.motion.event), report.entered.eq(self.motion.entered),
             report.tripped.eq(interlock.tripped), report.first.eq(interlock.first),
             report.blamed.eq(interlock.blamed), report.gate.eq(self.power.stuck),
+            report.indexed.eq(self.index.found),
             report.switched.eq(self.condition.switched), report.count.eq(self.condition.count),
             report.depth.eq(self.condition.at),
             report.fluid_news.eq(self.gap.fluid_news), report.fluid_class.eq(fluid.status_class),

@@ -27,6 +27,8 @@ class Event(enum.Enum, shape=8):
     FLUID_CLASS = 8
     # Detail: number of switches by depth; first: position of the jump axis.
     CONDITION = 9
+    # first: axes whose index came.
+    INDEX = 10
 
 
 class Cause(enum.Enum, shape=8):

@@ -19,6 +19,7 @@ def levels(pads):
 
 
 INPUTS, OUTPUTS = levels((*PADS, FLASH_CLOCK))
+OPTIONAL = frozenset(pad.name for pad in PADS if pad.optional)
 CHAIN_HALF_BIT = 8   # clocks: slow enough for relay drivers at any clock that a board reaches
 CHAIN_FRAME = (2 * sum(OUTPUTS[name][0] for name in CHAINED) + 2) * CHAIN_HALF_BIT  # clocks
 # From a change of a member of ``CHAINED`` until it is at its pin, or at its shift register.
@@ -44,7 +45,8 @@ class Pads(wiring.Component):
     ----------
     ports : object
         A port for every name of ``INPUTS`` and ``OUTPUTS``, as an attribute: one of a platform
-        (requested with ``dir="-"``) or an ``io.SimulationPort``. For ``chain`` see above.
+        (requested with ``dir="-"``) or an ``io.SimulationPort``. An optional input
+        (``constraints.pads.Pad``) without one keeps its level. For ``chain`` see above.
         ``flash_clock`` may be a plain ``Signal`` instead: the clock of the memory from which an
         ECP5 loads its bitstream leaves the device through a primitive, not through a port.
 
@@ -62,7 +64,8 @@ class Pads(wiring.Component):
     def __init__(self, ports):
         self.chained = hasattr(ports, "chain")
         wanted = {name: width for name, (width, _) in (INPUTS | OUTPUTS).items()
-                  if not (self.chained and name in CHAINED)}
+                  if not (self.chained and name in CHAINED)
+                  and (name not in OPTIONAL or hasattr(ports, name))}
         if self.chained:
             wanted["chain"] = CHAIN.width
         for name, width in wanted.items():
@@ -79,6 +82,8 @@ class Pads(wiring.Component):
         m = Module()
 
         for name, (_, init) in INPUTS.items():
+            if not hasattr(self.ports, name):
+                continue
             buffer = io.FFBuffer("i", getattr(self.ports, name))
             m.submodules[f"{name}_pad"] = buffer
             m.submodules[f"{name}_sync"] = FFSynchronizer(buffer.i, getattr(self, name), init=init)

@@ -46,6 +46,9 @@ class Report(wiring.Component):
         A trip of the interlock, its cause and axes.
     gate : In(1)
         A gate is stuck.
+    indexed : In(axes)
+        The index of a coder has come. The event has the place of the clock after, or of one that is
+        later by a clock for each event that is before it.
     switched : In(1), count : In(8), depth : In(signed(32))
         The condition was switched by depth, how often, and where.
     fluid_news : In(1), fluid_class : In(2), fluid_state : In(6), fluid_level : In(12)
@@ -65,6 +68,7 @@ class Report(wiring.Component):
             "position": In(signed(32)).array(axes),
             "retraction": In(Happened), "entered": In(1),
             "tripped": In(1), "first": In(5), "blamed": In(axes), "gate": In(1),
+            "indexed": In(axes),
             "switched": In(1), "count": In(8), "depth": In(signed(32)),
             "fluid_news": In(1), "fluid_class": In(2), "fluid_state": In(6),
             "fluid_level": In(12),
@@ -91,6 +95,8 @@ class Report(wiring.Component):
         trip = Signal()     # the interlock has tripped
         stuck = Signal()    # a gate is stuck, after another cause had tripped
         news = Signal()     # the fluid has changed
+        index = Signal.like(self.indexed)     # the index of these axes has come
+        told = Signal()     # ... is an event in this clock
         switch = Signal()   # the condition was switched by depth
         segment_cycle = Signal(32)
         segment_slot = Signal(8)
@@ -113,6 +119,8 @@ class Report(wiring.Component):
             m.d.comb += [push.eq(1), event.kind.eq(Event.TRIP), event.cycle.eq(stuck_cycle),
                          event.detail.eq(Cause.GATE)]
             m.d.sync += stuck.eq(0)
+        with m.Elif(index.any()):
+            m.d.comb += [push.eq(1), event.kind.eq(Event.INDEX), event.first.eq(index), told.eq(1)]
         with m.Elif(news):
             m.d.comb += [push.eq(1), event.kind.eq(Event.FLUID_CLASS),
                          event.detail.eq(self.fluid_class), event.first.eq(self.fluid_state),
@@ -124,6 +132,7 @@ class Report(wiring.Component):
             m.d.sync += switch.eq(0)
 
         # Requests of this clock count from the next one on.
+        m.d.sync += index.eq(Mux(told, 0, index) | self.indexed)
         with m.If(self.fluid_news):
             m.d.sync += news.eq(1)
         with m.If(self.switched):

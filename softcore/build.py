@@ -160,7 +160,8 @@ class BoardTop(Top):
 
     def __init__(self, soc, board: Board, platform):
         chained = ("chain", 0) in platform.resources
-        pads = [pad for pad in PADS if not (chained and pad.name in CHAINED)]
+        pads = [pad for pad in PADS if not (chained and pad.name in CHAINED)
+                and not (pad.optional and (pad.name, 0) not in platform.resources)]
         ports = {pad.name: platform.request(pad.name, 0, dir="-")
                  for pad in (*pads, *([CHAIN] if chained else []))}
         self.clock_hz = board.clock_hz

@@ -183,6 +183,9 @@ EVENT = Block(name="event", base=0x500, doc="Queue of the gateware's events, old
     ("status", "State of the queue.", (
         Field(name="lost", bits=1, access="rw1c",
               doc="An event was lost, because the queue was full."),)),
+    ("index", "Axes of which the next index of the coder shall be an event, bit 0 X. It names all "
+     "that wait for one; an event, and outputs that become safe, end the wait. See "
+     "``rtl.motion.index``.", _value(len(AXES), "Axes.", access="w"), "write"),
 ))
 
 GAP = Block(name="gap", base=0x600, doc="Classes of the discharges, and the short detector.",
@@ -423,20 +426,28 @@ def _axis(index: int, letter: str) -> Block:
             Field(name="lag", bits=13, init=512, unit="2**-16", guarded=True,
                   doc="Part of its lag that it makes up in a tick; see ``rtl.motion.drive_lag``."),
             )),
-        ("gear", "Electronic gear of the step output: n steps for m pulses. Writing it begins the "
-         "count of steps anew; see ``rtl.motion.gear``.", (
+        ("gear", "Electronic gear: n steps of the output, or n edges of the coder, for m pulses. "
+         "Writing it begins the count anew; see ``rtl.motion.gear`` and "
+         "``rtl.motion.coder_gear``.", (
             Field(name="steps", bits=16, init=1, guarded=True, doc="n.", unit="step"),
             Field(name="surplus", bits=16, guarded=True, doc="m - n.", unit="pulse")), "write"),
         ("backlash", "Compensation of backlash. After writing it the axis counts as having come "
-         "up; see ``rtl.motion.backlash``.", (
+         "up, and ``taken_up`` is 0; see ``rtl.motion.backlash``.", (
             Field(name="size", bits=13, guarded=True, doc="Backlash.", unit="pulse"),
-            Field(name="taken_up", bits=13, access="r", unit="pulse",
-                  doc="The drive stands so far further down than the axis.")), "write"),
+            Field(name="taken_up", bits=15, access="r", unit="pulse",
+                  doc="The drive stands so far further down than the axis, in two's "
+                      "complement.")), "write"),
     ))
 
 
+PITCH = Block(name="pitch", base=0xAC0, doc="Error of the screws' pitch at the places of the axes; "
+              "see ``rtl.motion.backlash``.", registers=_registers(*(
+    (axis, f"How far the screw takes {axis.upper()} too far up.",
+     _value(13, "Error, in two's complement.", unit="pulse", guarded=True)) for axis in AXES)))
+
+
 BLOCKS = (SYSTEM, FLASH, LINK, PATH, RAMP, RETRACTION, EVENT, GAP, POWER, SAFETY, AUXILIARY,
-          *(_axis(index, letter) for index, letter in enumerate(AXES)), CONDITION, SCOPE, SERVO,
-          FLUID, FEED)
+          *(_axis(index, letter) for index, letter in enumerate(AXES)), PITCH, CONDITION, SCOPE,
+          SERVO, FLUID, FEED)
 # Blocks of the gateware in ``rtl``. The others belong to the processor and the link.
 OWNED = tuple(block for block in BLOCKS if block not in (SYSTEM, FLASH, LINK))

@@ -4,7 +4,9 @@
 Each function takes a table and returns the text of one file, without the notice at its head.
 """
 
+import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import accumulate
 
 from softcore.tables import events
@@ -47,8 +49,28 @@ def grouped(number: int) -> str:
     return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
+POINT = re.compile(r", [XYZ]\d+$")
+
+
+def _alike(table: Sequence[Setting]) -> range:
+    """Places of the settings that are points of a table: they have one row, and all their titles.
+
+    They follow each other, as many for each axis; the firmware adds axis and point to the title.
+    """
+    found = [at for at, one in enumerate(table) if POINT.search(one.title)]
+    first = table[found[0]]
+    many = len(found) // 3
+    for at, one in enumerate(table[found[0]:found[-1] + 1]):
+        title = POINT.sub(f", {'XYZ'[at // many]}{at % many + 1}", first.title)
+        if one != replace(first, title=title, number=first.number + at, name=one.name,
+                          meaning=one.meaning):
+            raise ValueError(f"setting {one.number} ({one.name}) is unlike {first.number}")
+    return range(found[0], found[-1] + 1)
+
+
 def settings_header(table: Sequence[Setting]) -> str:
     """Names of the settings, and the type of their table's rows, in C."""
+    alike = _alike(table)
     lines = ["#pragma once", "#include <stdbool.h>", "#include <stdint.h>", ""]
     lines += _enum("setting", [*(f"SET_{setting.name.upper()}" for setting in table), "SETTINGS"])
     numbers = [setting.number for setting in table]
@@ -61,16 +83,28 @@ def settings_header(table: Sequence[Setting]) -> str:
         "",
         "typedef struct {",
         "    uint32_t initial, lowest, highest;",
+        "    const char *title;",
         "    uint16_t number;        /* of the line `$number=value` */",
-        "    uint8_t group;",
+        "    uint8_t unit;           /* of SETTINGS_TABLE_UNITS; empty for a pure number */",
+        "    uint8_t group : 6;",
         "    bool guards : 1;        /* locked while the machine moves or machines */",
         "    bool any_time : 1;      /* an operator's switch: may change while a program runs */",
-        "    const char *title;",
-        "    const char *unit;       /* empty for a pure number */",
-        "    const char *guard;      /* guard that the value 0 switches off, or 0 */",
         "} settings_table_row;",
         "",
-        "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];",
+        "/* Points of the axes' tables: as many of each axis, with one row and rising numbers. */",
+        f"#define SETTINGS_ALIKE {alike.start}u",
+        f"#define SETTINGS_SO_MANY {len(alike)}u",
+        "#define SETTINGS_ROWS (SETTINGS - SETTINGS_SO_MANY + 1)",
+        "extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS_ROWS];",
+        "extern const char *const SETTINGS_TABLE_UNITS[];",
+        "",
+        "/* Guards that the value 0 switches off. */",
+        f"#define SETTINGS_GUARDS {sum(bool(one.switches_off) for one in table)}u",
+        "typedef struct {",
+        "    setting which;",
+        "    const char *name;",
+        "} settings_table_guard;",
+        "extern const settings_table_guard SETTINGS_TABLE_GUARDS[SETTINGS_GUARDS];",
         "extern const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS];",
     ]
     return "\n".join(lines) + "\n"
@@ -78,16 +112,22 @@ def settings_header(table: Sequence[Setting]) -> str:
 
 def settings_source(table: Sequence[Setting]) -> str:
     """Rows of the settings, in C."""
+    alike = _alike(table)
+    units = list(dict.fromkeys(one.unit for one in table))
     lines = ['#include "base/settings_table.h"', "",
-             "const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS] = {"]
-    for one in table:
-        guard = _string(one.switches_off) if one.switches_off else "0"
+             "const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS_ROWS] = {"]
+    for one in (*table[:alike.start + 1], *table[alike.stop:]):
         lines += [
-            f"    [SET_{one.name.upper()}] = {{{one.default}, {one.lowest}, {one.highest}, "
-            f"{one.number}, GROUP_{one.group.upper()}, {str(one.guards).lower()}, "
-            f"{str(one.any_time).lower()},",
-            f"        {_string(one.title)}, {_string(one.unit)}, {guard}}},"]
-    lines += ["};", "", "const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {",
+            f"    {{{one.default}, {one.lowest}, {one.highest}, "
+            f"{_string(POINT.sub('', one.title))},",
+            f"        {one.number}, {units.index(one.unit)}, GROUP_{one.group.upper()}, "
+            f"{str(one.guards).lower()}, {str(one.any_time).lower()}}},"]
+    lines += ["};", "", "const char *const SETTINGS_TABLE_UNITS[] = {",
+              *(f"    {_string(unit)}," for unit in units), "};", "",
+              "const settings_table_guard SETTINGS_TABLE_GUARDS[SETTINGS_GUARDS] = {",
+              *(f"    {{SET_{one.name.upper()}, {_string(one.switches_off)}}},"
+                for one in table if one.switches_off),
+              "};", "", "const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS] = {",
               *(f"    [GROUP_{group.upper()}] = {_string(title)}," for group, title in
                 GROUPS.items())]
     return "\n".join([*lines, "};"]) + "\n"

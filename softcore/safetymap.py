@@ -51,8 +51,8 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="leaving", bits=1, access="r", doc="The machine is leaving them."))),
     ("damage", "Damage that cause ``guard`` has found since the interlock was cleared.", (
         Field(name="axes", bits=len(AXES), access="r",
-              doc="Command, position and Er of an axis disagree, or the state of its backlash has "
-                  "a wrong parity, bit 0 X."),
+              doc="Command, position and Er of an axis disagree, or the state of its backlash "
+                  "and pitch has a wrong parity, bit 0 X."),
         Field(name="word", bits=1, access="r", doc="A word of the path window has a wrong parity."),
         Field(name="segment", bits=1, access="r",
               doc="A word of the present segment has a wrong parity."),
@@ -61,8 +61,9 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
         Field(name="pulses", bits=1, access="r",
               doc="A path pulse was lost, or came without a reason."),
         Field(name="settings", bits=len(AXES), access="r",
-              doc="A soft limit, a bound of the following error, the gain, the output's mode, gear "
-                  "or backlash of an axis differs from what the firmware wrote, bit 0 X."),
+              doc="A soft limit, a bound of the following error, the gain, the output's mode, "
+                  "gear, backlash or pitch error of an axis differs from what the firmware wrote, "
+                  "bit 0 X."),
         Field(name="fluid", bits=1, access="r",
               doc="The choice whether low fluid trips differs from what the firmware wrote."),
         Field(name="rate", bits=1, access="r", doc="The rate of the ramp has a wrong parity."),
@@ -87,5 +88,6 @@ SAFETY = Block(name="safety", base=0x800, doc="Interlock and watchdog; see ``rtl
          ("gap_short", 1, "It is below the short level."),
          ("gap_current", 1, "Current flows."),
          ("gap_noise", 1, "The discharge has high frequencies."),
-         ("adc_data", 1, "Data of the converter.")))),
+         ("adc_data", 1, "Data of the converter."),
+         ("enc_index", len(AXES), "Indices of the coders.")))),
 ))

@@ -10,10 +10,11 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from host.errors import UsageError
+from host.machines.axis_tables import LARGEST_PITCH_UM
 from host.machines.drives import of_drives
 from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, bounds, entries
 from softcore.tables.conditions import level_max
-from softcore.tables.settings import named, of_number
+from softcore.tables.settings import PITCH_POINTS, named, of_number
 
 BUILT_IN = Path(__file__).parent
 CONVERTER_V = 100.0     # gap voltage at the converter's full scale
@@ -45,6 +46,9 @@ def _wrong_setting(number: int, value: int) -> str:
     setting = of_number(number)
     if setting is None:
         return "is no setting of the controller; docs/reference/settings.md lists them"
+    if setting.name.startswith("pitch_"):
+        return (f"({setting.name}) belongs to the table of a screw's error; a machine's file gives "
+                "it as pitch_error_um of the axis")
     if setting.lowest <= value <= setting.highest:
         return ""
     return f"({setting.name}) must be {setting.lowest} to {setting.highest}, not {value}"
@@ -62,6 +66,9 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
     if key.startswith("stock.steps"):
         return 0, (f"stock.steps must be 1 to {STEPS} pairs of a place in mm and a width of 0 to "
                    "10000 um, the places growing.")
+    if path[1:2] == ["pitch_error_um"]:
+        return 0, (f"{path[0]}.pitch_error_um must be at most {PITCH_POINTS} errors of "
+                   f"-{LARGEST_PITCH_UM} to {LARGEST_PITCH_UM} um.")
     value: Any = tables
     for part in path:
         value = value[part]

@@ -10,11 +10,14 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 from pydantic.fields import FieldInfo
 
-__all__ = ["DRIVES", "HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES", "STEPS", "WORDS", "Drive",
-           "MachineFile", "SinkerFile", "Table", "WireFile", "bounds", "entries"]
+from host.machines.axis_tables import DIVISOR, SHARE, Axis, Drive, Table, number
+
+__all__ = ["DRIVES", "HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES",
+           "STEPS", "WORDS", "Drive", "MachineFile", "SinkerFile", "Table", "WireFile", "bounds",
+           "entries"]
 
 # Below this range the firmware cannot keep up with its watchdog; no device runs above it.
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
@@ -24,131 +27,63 @@ DRIVES = "xyz"  # tables of single axes
 
 # Ranges within which the controller works and the plant's formulas are defined (they divide by most
 # numbers).
-SHARE, ANY, DIVISOR, SHAPE = (0, 1), (0, 10**9), (0.001, 10**9), (0.1, 10)
+ANY, SHAPE = (0, 10**9), (0.1, 10)
 SPEED_UP, OHM_CM = (0.001, 1_000_000), (1, 10**12)
-
-
-def _number(unit: str, bounds: tuple[float, float], meaning: str,
-            default: float | None = None) -> Any:
-    """A number of a machine, both of its bounds allowed. ``unit`` is ``""`` for a pure number.
-
-    With a ``default`` it may be left out.
-    """
-    return Field(... if default is None else default, ge=bounds[0], le=bounds[1],
-                 description=meaning,
-                 json_schema_extra={"unit": unit})
-
-
-class Table(BaseModel):
-    """A table of numbers. All must be given, and no others; text and booleans are refused."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Axis(Table):
-    """The drive of each axis."""
-
-    dac: Literal["sigma_delta", "pwm"] = Field(
-        description="Velocity command, as pulses on a pin: `sigma_delta`, whose ripple lies at "
-        "high frequencies, or `pwm`, with a period of 1024 clocks, for amplifiers that want one. "
-        "The gateware is built for it.")
-    full_speed_mm_s: float = _number("mm/s", (1, 1000),
-        "Speed at full scale of the converter, which is reached at 32 768 pulses of following "
-        "error Er.")
-    max_speed_mm_s: float = _number("mm/s", (1, 200), "Highest speed of the motor.")
-    max_acceleration_mm_s2: float = _number("mm/s²", (1, 1_000_000),
-        "Highest acceleration, by the current limit of the amplifier.")
-    speed_loop_ms: float = _number("ms", DIVISOR, "Time constant of the speed loop.")
-    current_loop_ms: float = _number("ms", DIVISOR, "Time constant of the current loop.")
-    filter_ms: float = _number("ms", DIVISOR, "Time constant of the low pass behind the converter.")
-    brake_mm_s2: float = _number("mm/s²", (1, 1_000_000), "Deceleration with the drive disabled.")
-    step_gain_per_s: float = _number("1/s", (1, 100_000),
-        "Gain of the position loop of a stepping drive, if the axis is driven by step pulses.")
-    dead_time_ms: float = _number("ms", (0, 20), "Dead time of the amplifier.", default=0.0)
-    offset_mm_s: float = _number("mm/s", (-10, 10),
-        "Speed at which the drive moves with a command of zero.", default=0.0)
-    friction_mm_s: float = _number("mm/s", (0, 10),
-        "Coulomb friction, as the speed by which the speed loop falls short of its command.",
-        default=0.0)
-
-
-class Drive(Table):
-    """One axis where it differs from the others: its output, gear, play, speed and travel.
-
-    From this table the controller's settings of the axis follow; `[settings]` wins over it. A
-    table, and each of its numbers, may be left out.
-    """
-
-    output: Literal["velocity", "step"] = Field(default="velocity",
-        description="What drives the axis: `velocity`, a velocity command with a coder of 10 000 "
-        "edges per mm on the motor; or `step`, steps and direction, without a coder.")
-    steps_per_turn: float = _number("", (1, 1_000_000),
-        "Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier, "
-        "times the reduction. At most 10 000 per mm.", 10_000)
-    pitch_mm: float = _number("mm", (0.01, 1000), "Travel of a turn of the screw.", 1)
-    reversed: float = _number("", SHARE,
-        "1: the drive turns the other way, so its direction is inverted.", 0)
-    backlash_um: float = _number("µm", (0, 819.1),
-        "Play between drive and axis. The controller makes up for it.", 0)
-    highest_mm_min: float = _number("mm/min", (0, 60_000),
-        "Highest speed that the controller lets the axis have; 0: no own bound.", 0)
-    low_mm: float = _number("mm", (-20_000, 0), "Lower soft limit, in the machine frame.", -299)
-    high_mm: float = _number("mm", (0, 20_000), "Upper soft limit.", 299)
 
 
 class Gap(Table):
     """The spark gap and how it ignites."""
 
-    arc_removal: float = _number("", SHARE, "What an arc removes, as a share of a good discharge.")
-    ignition_debris: float = _number("", ANY,
+    arc_removal: float = number("", SHARE, "What an arc removes, as a share of a good discharge.")
+    ignition_debris: float = number("", ANY,
         "Debris helps ignition: the mean delay is divided by 1 + this times the debris.")
-    ignition_power: float = _number("", (0, 100),
+    ignition_power: float = number("", (0, 100),
         "Voltage helps ignition: the mean delay is divided by the gap's voltage over "
         "`source.open_v`, to this power.")
-    ignition_conductivity: float = _number("", (0, 10),
+    ignition_conductivity: float = number("", (0, 10),
         "A conducting fluid helps ignition: the mean delay is divided by 10⁶ Ω cm over the fluid's "
         "resistivity, to this power; never by less than 1.")
-    ignition_law: float = _number("", SHARE,
+    ignition_law: float = number("", SHARE,
         "Distribution of the delay: 0 exponential, 1 a mixture of two Weibull distributions.")
-    weibull_gap_um: float = _number("µm", ANY,
+    weibull_gap_um: float = number("µm", ANY,
         "Gap in the middle between the two Weibull distributions.")
-    weibull_width_um: float = _number("µm", DIVISOR,
+    weibull_width_um: float = number("µm", DIVISOR,
         "Width of gap over which one distribution changes into the other.")
-    weibull_narrow_shape: float = _number("", SHAPE, "Weibull shape of a narrow gap.")
-    weibull_wide_shape: float = _number("", SHAPE, "Weibull shape of a wide gap.")
-    formative_us: float = _number("µs", ANY,
+    weibull_narrow_shape: float = number("", SHAPE, "Weibull shape of a narrow gap.")
+    weibull_wide_shape: float = number("", SHAPE, "Weibull shape of a wide gap.")
+    formative_us: float = number("µs", ANY,
         "Time from the start of a pulse in which nothing ignites, except arcs.")
-    contact_um: float = _number("µm", ANY, "Gap below which electrode and workpiece touch.")
-    fluid_ohm_cm: float = _number("Ω cm", OHM_CM,
+    contact_um: float = number("µm", ANY, "Gap below which electrode and workpiece touch.")
+    fluid_ohm_cm: float = number("Ω cm", OHM_CM,
         "Resistivity of the fluid when the program starts.")
 
 
 class SinkerGap(Gap):
     """The spark gap under an electrode."""
 
-    area_mm2: float = _number("mm²", DIVISOR, "Area of the electrode.")
-    removal_mm3_min_a: float = _number("mm³/(min A)", ANY,
+    area_mm2: float = number("mm²", DIVISOR, "Area of the electrode.")
+    removal_mm3_min_a: float = number("mm³/(min A)", ANY,
         "Removal for each ampere of mean current.")
-    removal_spread: float = _number("", ANY, "Spread of the craters: standard deviation over mean.")
-    ignition_gap_um: float = _number("µm", ANY,
+    removal_spread: float = number("", ANY, "Spread of the craters: standard deviation over mean.")
+    ignition_gap_um: float = number("µm", ANY,
         "Gap at which the mean delay is `ignition_delay_us`.")
-    ignition_delay_us: float = _number("µs", DIVISOR, "Mean delay of ignition at that gap.")
-    ignition_slope_um: float = _number("µm", DIVISOR,
+    ignition_delay_us: float = number("µs", DIVISOR, "Mean delay of ignition at that gap.")
+    ignition_slope_um: float = number("µm", DIVISOR,
         "Width of gap for which the mean delay grows e-fold.")
 
 
 class WireGap(Gap):
     """The spark gap about a wire."""
 
-    delay_square_us: float = _number("µs/µm²", DIVISOR,
+    delay_square_us: float = number("µs/µm²", DIVISOR,
         "Mean delay of ignition is (this g² + `delay_linear_us` g + `delay_constant_us`) / ln 2 at "
         "a gap g in µm that faces half of the wire's surface.")
-    delay_linear_us: float = _number("µs/µm", (-1000, 1000), "Linear coefficient of that delay.")
-    delay_constant_us: float = _number("µs", DIVISOR, "Constant term of that delay.")
-    delay_least_um: float = _number("µm", (0, 100),
+    delay_linear_us: float = number("µs/µm", (-1000, 1000), "Linear coefficient of that delay.")
+    delay_constant_us: float = number("µs", DIVISOR, "Constant term of that delay.")
+    delay_least_um: float = number("µm", (0, 100),
         "Gap below which the mean delay stays the same.")
-    reach_um: float = _number("µm", (10, 200), "Gap across which nothing ignites any more.")
-    engagement_um: float = _number("µm", (0, 50),
+    reach_um: float = number("µm", (10, 200), "Gap across which nothing ignites any more.")
+    engagement_um: float = number("µm", (0, 50),
         "Discharges are e times rarer for each such increase of the gap over its narrowest place; "
         "0: they occur at the narrowest place only.")
 
@@ -156,37 +91,37 @@ class WireGap(Gap):
 class Fluid(Table):
     """The fluid's drift, and the cell that measures it."""
 
-    drift_end_ohm_cm: float = _number("Ω cm", OHM_CM,
+    drift_end_ohm_cm: float = number("Ω cm", OHM_CM,
         "Resistivity to which the fluid goes, from `gap.fluid_ohm_cm`, by equal ratios in equal "
         "times.")
-    drift_s: float = _number("s", ANY, "Time that it takes, of the machine's; 0: the fluid stays.")
-    cell_per_cm: float = _number("1/cm", DIVISOR, "Constant of the conductivity cell.")
-    cell_parallel_ohm: float = _number("Ω", DIVISOR,
+    drift_s: float = number("s", ANY, "Time that it takes, of the machine's; 0: the fluid stays.")
+    cell_per_cm: float = number("1/cm", DIVISOR, "Constant of the conductivity cell.")
+    cell_parallel_ohm: float = number("Ω", DIVISOR,
         "Resistor parallel to the cell, so that a broken wire can be told from oil.")
-    cell_series_ohm: float = _number("Ω", DIVISOR,
+    cell_series_ohm: float = number("Ω", DIVISOR,
         "Resistor between the cell and the converter's supply.")
 
 
 class Source(Table):
     """The power supply, and the discharges that it feeds."""
 
-    open_v: float = _number("V", (1, 1000), "Open voltage with the supply's code at 0.")
-    supply_step_v: float = _number("V", (1, 1000), "Open voltage for each step of that code.")
-    negative_removal: float = _number("", SHARE,
+    open_v: float = number("V", (1, 1000), "Open voltage with the supply's code at 0.")
+    supply_step_v: float = number("V", (1, 1000), "Open voltage for each step of that code.")
+    negative_removal: float = number("", SHARE,
         "Removal with the electrode negative, as a share of that with it positive.")
-    rise_us: float = _number("µs", DIVISOR, "Time constant with which the open voltage rises.")
-    fall_us: float = _number("µs", DIVISOR, "Time constant with which it falls after a pulse.")
-    source_ohm: float = _number("Ω", ANY, "Resistance of the source before ignition.")
-    step_a: float = _number("A", ANY, "Discharge current for each step of the current level.")
-    burning_v: float = _number("V", ANY, "Burning voltage of a good discharge.")
-    burning_spread_v: float = _number("V", (0, 10), "Its standard deviation.")
-    arc_v: float = _number("V", ANY, "Burning voltage of an arc.")
-    arc_spread_v: float = _number("V", (0, 10), "Its standard deviation.")
-    short_v: float = _number("V", ANY, "Contact drop of a short.")
-    short_ohm: float = _number("Ω", ANY, "Resistance of a short.")
-    sensing_v: float = _number("V", (1, 60),
+    rise_us: float = number("µs", DIVISOR, "Time constant with which the open voltage rises.")
+    fall_us: float = number("µs", DIVISOR, "Time constant with which it falls after a pulse.")
+    source_ohm: float = number("Ω", ANY, "Resistance of the source before ignition.")
+    step_a: float = number("A", ANY, "Discharge current for each step of the current level.")
+    burning_v: float = number("V", ANY, "Burning voltage of a good discharge.")
+    burning_spread_v: float = number("V", (0, 10), "Its standard deviation.")
+    arc_v: float = number("V", ANY, "Burning voltage of an arc.")
+    arc_spread_v: float = number("V", (0, 10), "Its standard deviation.")
+    short_v: float = number("V", ANY, "Contact drop of a short.")
+    short_ohm: float = number("Ω", ANY, "Resistance of a short.")
+    sensing_v: float = number("V", (1, 60),
         "Voltage of the sensing source, below the 60 V DC that may be touched.")
-    sensing_a: float = _number("A", DIVISOR,
+    sensing_a: float = number("A", DIVISOR,
         "Highest current of the sensing source, by its resistor alone.")
 
 
@@ -198,13 +133,13 @@ class Relaxation(Table):
     table, and each of its numbers, may be left out: there is no capacitor then.
     """
 
-    step_nf: float = _number("nF", ANY,
+    step_nf: float = number("nF", ANY,
         "Capacitor for each step of the current level, which chooses it here. 0: there is none, "
         "and the discharges have `source.step_a`.", 0.0)
-    charging_ohm: float = _number("Ω", DIVISOR, "Resistor through which it is charged.", 20.0)
-    emptying_ohm: float = _number("Ω", DIVISOR,
+    charging_ohm: float = number("Ω", DIVISOR, "Resistor through which it is charged.", 20.0)
+    emptying_ohm: float = number("Ω", DIVISOR,
         "Resistor through which a transistor empties it while the gate is off.", 2.0)
-    inductance_nh: float = _number("nH", DIVISOR,
+    inductance_nh: float = number("nH", DIVISOR,
         "Stray inductance of the leads from it to the gap: with the capacitor it gives the time of "
         "the discharge, half a period.", 500.0)
 
@@ -212,96 +147,96 @@ class Relaxation(Table):
 class Comparator(Table):
     """The comparators at the gap, and the detector of a spark's noise."""
 
-    fixed: float = _number("", SHARE,
+    fixed: float = number("", SHARE,
         "1: the comparators have the levels below; 0: those that the controller's reference pins "
         "give, filtered.")
-    high_level_v: float = _number("V", ANY, "Level of an open gap.")
-    arc_level_v: float = _number("V", ANY, "Level below which a discharge is an arc.")
-    short_level_v: float = _number("V", ANY, "Level below which the gap is shorted.")
-    current_level_a: float = _number("A", ANY,
+    high_level_v: float = number("V", ANY, "Level of an open gap.")
+    arc_level_v: float = number("V", ANY, "Level below which a discharge is an arc.")
+    short_level_v: float = number("V", ANY, "Level below which the gap is shorted.")
+    current_level_a: float = number("A", ANY,
         "Level of the current, which sees what leaks through the fluid as well.")
-    sensing_level_a: float = _number("A", ANY,
+    sensing_level_a: float = number("A", ANY,
         "The same while the gate of the sensing source is on: that gate lowers the level.")
-    reference_full_v: float = _number("V", (1, 1000),
+    reference_full_v: float = number("V", (1, 1000),
         "Gap voltage that a reference pin stands for if it is always high, and full scale of the "
         "converter.")
-    reference_rc_us: float = _number("µs", DIVISOR,
+    reference_rc_us: float = number("µs", DIVISOR,
         "Time constant of the filter behind each reference pin. After a change of a reference the "
         "controller waits 4.6 times as long before the first discharge pulse, unless levels are "
         "fixed.")
-    noise_miss: float = _number("", SHARE, "Share of the sparks whose noise the detector misses.")
+    noise_miss: float = number("", SHARE, "Share of the sparks whose noise the detector misses.")
 
 
 class Debris(Table):
     """Debris in the gap, as its share of the volume, and its effects."""
 
-    deionisation_us: float = _number("µs", DIVISOR,
+    deionisation_us: float = number("µs", DIVISOR,
         "Time constant with which the channel of a discharge deionises.")
-    deionisation_conductivity: float = _number("", ANY,
+    deionisation_conductivity: float = number("", ANY,
         "It is longer by this part for each decade of the fluid's resistivity below 10⁶ Ω cm.")
-    arc_share: float = _number("", ANY,
+    arc_share: float = number("", ANY,
         "Share of the ignitions without a pause that become arcs, for each unit of debris.")
-    single_short: float = _number("", ANY,
+    single_short: float = number("", ANY,
         "Share of the pulses that are shorted singly, for each unit of debris.")
-    bridge_gap_um: float = _number("µm", DIVISOR,
+    bridge_gap_um: float = number("µm", DIVISOR,
         "Width of gap for which shorts by debris become e times rarer.")
-    stretch_um: float = _number("µm", ANY,
+    stretch_um: float = number("µm", ANY,
         "Mean way back that ends such a short; of a sinker, at the surface.")
 
 
 class SinkerDebris(Debris):
     """Debris under an electrode, and how it is flushed out."""
 
-    time_s: float = _number("s", DIVISOR,
+    time_s: float = number("s", DIVISOR,
         "Time constant of the flushing at the surface, before it is speeded up.")
-    depth_mm: float = _number("mm", DIVISOR, "Depth at which the flushing takes twice as long.")
-    exchange_depth_mm: float = _number("mm", DIVISOR,
+    depth_mm: float = number("mm", DIVISOR, "Depth at which the flushing takes twice as long.")
+    exchange_depth_mm: float = number("mm", DIVISOR,
         "Of the fluid that a lift draws in, gap / (gap + depth / this) is fresh.")
-    bridge_rate_per_s: float = _number("1/s", ANY,
+    bridge_rate_per_s: float = number("1/s", ANY,
         "Rate of bridges in a closed gap, for each square of debris, before it is speeded up.")
-    stretch_depth_mm: float = _number("mm", DIVISOR,
+    stretch_depth_mm: float = number("mm", DIVISOR,
         "Depth at which breaking a bridge takes twice the lift.")
-    stretch_debris: float = _number("", ANY,
+    stretch_debris: float = number("", ANY,
         "Breaking a bridge takes 1 + this times the debris as much lift.")
 
 
 class WireDebris(Debris):
     """Debris about a wire, and the flow that carries it away."""
 
-    flow_mm3_s: float = _number("mm³/s", ANY, "Fluid through a gap of `flow_gap_um` or more.")
-    flow_gap_um: float = _number("µm", DIVISOR,
+    flow_mm3_s: float = number("mm³/s", ANY, "Fluid through a gap of `flow_gap_um` or more.")
+    flow_gap_um: float = number("µm", DIVISOR,
         "Gap below which the flow goes with the cube of the width.")
-    flow_debris: float = _number("", ANY,
+    flow_debris: float = number("", ANY,
         "The flow is e times less for debris of 1 over this number.")
-    flow_spread: float = _number("", (0, 3),
+    flow_spread: float = number("", (0, 3),
         "The flow drifts: standard deviation of its logarithm.")
-    flow_time_s: float = _number("s", DIVISOR,
+    flow_time_s: float = number("s", DIVISOR,
         "Time for which the flow is much the same, before it is speeded up.")
-    clog_least: float = _number("", (0.01, 1), "Debris beyond which a gap of width 0 is shorted.")
-    clog_per_um: float = _number("1/µm", ANY,
+    clog_least: float = number("", (0.01, 1), "Debris beyond which a gap of width 0 is shorted.")
+    clog_per_um: float = number("1/µm", ANY,
         "Increase of that debris for each µm of gap.")
-    clog_most: float = _number("", SHARE, "Debris beyond which a gap of any width is shorted.")
-    random_short_per_us: float = _number("1/µs", SHARE,
+    clog_most: float = number("", SHARE, "Debris beyond which a gap of any width is shorted.")
+    random_short_per_us: float = number("1/µs", SHARE,
         "Rate of other shorts in a gap of width 0.")
-    random_short_um: float = _number("µm", DIVISOR, "Gap from which on there are no such shorts.")
-    random_short_us: float = _number("µs", ANY, "How long such a short lasts.")
+    random_short_um: float = number("µm", DIVISOR, "Gap from which on there are no such shorts.")
+    random_short_us: float = number("µs", ANY, "How long such a short lasts.")
 
 
 class Side(Table):
     """The machine side: auxiliary functions, contactor, limit switches."""
 
-    fin_delay_us: float = _number("µs", ANY,
+    fin_delay_us: float = number("µs", ANY,
         "Time from the strobe of an auxiliary function to its FIN.")
-    fin_answers: float = _number("", SHARE, "1: the machine side answers with FIN; 0: never.")
-    contactor_ms: float = _number("ms", (0, 1000),
+    fin_answers: float = number("", SHARE, "1: the machine side answers with FIN; 0: never.")
+    contactor_ms: float = number("ms", (0, 1000),
         "Time that the main contactor takes to close, and to open.")
-    limit_low_mm: float = _number("mm", (-10_000, -0.1),
+    limit_low_mm: float = number("mm", (-10_000, -0.1),
         "Place of every axis's lower limit switch, from where the axis started.")
-    limit_high_mm: float = _number("mm", (0.1, 10_000), "Place of the upper limit switch.")
-    limit_scatter_um: float = _number("µm", (0, 1000),
+    limit_high_mm: float = number("mm", (0.1, 10_000), "Place of the upper limit switch.")
+    limit_scatter_um: float = number("µm", (0, 1000),
         "Each time, a limit switch is pressed at another place: anywhere, equally likely, in a "
         "width of this about its own.")
-    limit_hysteresis_um: float = _number("µm", (0, 10_000),
+    limit_hysteresis_um: float = number("µm", (0, 10_000),
         "It is released so much further back than it was pressed.")
 
 
@@ -315,13 +250,13 @@ class Work(Table):
     shape: Literal["plane", "block", "hole", "boss"] = Field(
         description="`plane`: endless, as far as the axes go. `block`: square, its sides along X "
         "and Y. `hole`: a round hole in an endless work. `boss`: round, on an endless base.")
-    centre_x_mm: float = _number("mm", (-1000, 1000),
+    centre_x_mm: float = number("mm", (-1000, 1000),
         "X of the middle of a block, hole or boss, from where the electrode starts.")
-    centre_y_mm: float = _number("mm", (-1000, 1000), "Y of it.")
-    size_mm: float = _number("mm", DIVISOR, "Side of a block; diameter of a hole or boss.")
-    depth_mm: float = _number("mm", DIVISOR,
+    centre_y_mm: float = number("mm", (-1000, 1000), "Y of it.")
+    size_mm: float = number("mm", DIVISOR, "Side of a block; diameter of a hole or boss.")
+    depth_mm: float = number("mm", DIVISOR,
         "Depth of a hole; height of a block or boss above what it stands on.")
-    electrode_mm: float = _number("mm", DIVISOR, "Diameter of the electrode, as it touches.")
+    electrode_mm: float = number("mm", DIVISOR, "Diameter of the electrode, as it touches.")
 
 
 class Cavity(Table):
@@ -331,46 +266,46 @@ class Cavity(Table):
     carries a part of each discharge to the walls beside the electrode, which widens them further.
     """
 
-    perimeter_mm: float = _number("mm", DIVISOR, "Perimeter of the electrode, which is convex.")
-    layer_um: float = _number("µm", (5, 10_000),
+    perimeter_mm: float = number("mm", DIVISOR, "Perimeter of the electrode, which is convex.")
+    layer_um: float = number("µm", (5, 10_000),
         "Thickness of the layers in which the walls are counted.")
-    overcut_um: float = _number("µm", (0, 1000),
+    overcut_um: float = number("µm", (0, 1000),
         "Overcut on each side of discharges of `reference_a` that burn for `reference_us`.")
-    reference_a: float = _number("A", DIVISOR, "Current that this overcut is for.")
-    reference_us: float = _number("µs", DIVISOR, "Duration of a discharge that it is for.")
-    current_power: float = _number("", (0, 3), "The overcut goes with the current to this power.")
-    time_power: float = _number("", (0, 3), "And with the duration to this power.")
-    wall_debris: float = _number("", (0, 1000),
+    reference_a: float = number("A", DIVISOR, "Current that this overcut is for.")
+    reference_us: float = number("µs", DIVISOR, "Duration of a discharge that it is for.")
+    current_power: float = number("", (0, 3), "The overcut goes with the current to this power.")
+    time_power: float = number("", (0, 3), "And with the duration to this power.")
+    wall_debris: float = number("", (0, 1000),
         "Share of a discharge that a wall gets for each unit of debris, area for area with the "
         "front, where the wall is as far off as the overcut.")
-    slope_um: float = _number("µm", DIVISOR,
+    slope_um: float = number("µm", DIVISOR,
         "It is e times less for each such distance that the wall is further off.")
 
 
 class Wire(Table):
     """The wire."""
 
-    diameter_mm: float = _number("mm", (0.02, 1), "Diameter.")
-    crater_us: float = _number("µs", (0.1, 1000),
+    diameter_mm: float = number("mm", (0.02, 1), "Diameter.")
+    crater_us: float = number("µs", (0.1, 1000),
         "Discharge duration for which the table of craters holds; others are scaled by energy.")
-    deflection_um_a: float = _number("µm/A", (0, 100),
+    deflection_um_a: float = number("µm/A", (0, 100),
         "Bending of the wire, away from the discharges, for each ampere of mean current.")
-    deflection_ms: float = _number("ms", (0.01, 10_000), "Time constant of the bending.")
-    break_a: float = _number("A", ANY,
+    deflection_ms: float = number("ms", (0.01, 10_000), "Time constant of the bending.")
+    break_a: float = number("A", ANY,
         "Mean current of good discharges and arcs at which the wire breaks (0: never); the third "
         "drive then reports a fault.")
-    break_ms: float = _number("ms", (0.1, 10_000), "Time over which that mean is taken.")
+    break_ms: float = number("ms", (0.1, 10_000), "Time over which that mean is taken.")
 
 
 class Workpiece(Table):
     """The workpiece of a wire machine."""
 
-    thickness_mm: float = _number("mm", (0.1, 1000), "Thickness.")
-    cell_um: float = _number("µm", (0.5, 10),
+    thickness_mm: float = number("mm", (0.1, 1000), "Thickness.")
+    cell_um: float = number("µm", (0.5, 10),
         "Side of the cells of the plan view in which its material is counted.")
-    start_x_mm: float = _number("mm", (-1000, 1000),
+    start_x_mm: float = number("mm", (-1000, 1000),
         "X of the wire when the program starts, from the workpiece's zero, which is the program's.")
-    start_y_mm: float = _number("mm", (-1000, 1000), "Y of the wire when the program starts.")
+    start_y_mm: float = number("mm", (-1000, 1000), "Y of the wire when the program starts.")
 
 
 Step = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -384,10 +319,10 @@ class Stock(Table):
         "at Y 0 and the workpiece at Y above. `circle`: a punch about zero, of diameter "
         "`size_x_mm`; its contour begins at +X. `rectangle`: one of `size_x_mm` by `size_y_mm`; "
         "its contour begins at the lower left corner. Contours go counter-clockwise.")
-    edge_mm: float = _number("mm", (-1000, 1000), "X of a solid plate's edge.")
-    hole_mm: float = _number("mm", (0, 1000), "Diameter of a hole about the wire's start; 0: none.")
-    size_x_mm: float = _number("mm", (0, 1000), "Size of a punch along X.")
-    size_y_mm: float = _number("mm", (0, 1000), "Size of a rectangle along Y.")
+    edge_mm: float = number("mm", (-1000, 1000), "X of a solid plate's edge.")
+    hole_mm: float = number("mm", (0, 1000), "Diameter of a hole about the wire's start; 0: none.")
+    size_x_mm: float = number("mm", (0, 1000), "Size of a punch along X.")
+    size_y_mm: float = number("mm", (0, 1000), "Size of a rectangle along Y.")
     steps: list[Step] = Field(
         min_length=1, max_length=STEPS,
         description="What a first cut has left on the surface of a wall or a punch: pairs of a "
@@ -414,17 +349,17 @@ WHAT_MOVES = ("What moves: the electrode of a sinker, without or with side walls
 class MachineFile(Table):
     """Numbers that the files of both kinds of machine have."""
 
-    clock_hz: float = _number("Hz", (LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ),
+    clock_hz: float = number("Hz", (LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ),
         "Clock of the simulated controller. A board runs at 25 MHz or more; a slow clock simulates "
         "faster.")
-    pulses_per_mm: float = _number("1/mm", (10_000, 10_000),
+    pulses_per_mm: float = number("1/mm", (10_000, 10_000),
         "Pulses of a millimetre of the path, for which the gateware is built. A pulse is an edge "
         "of the coder, too; a step has its own size, see `[x]`.")
-    tick_us: float = _number("µs", (1, 100), "Step of the slow physics: motors, debris, shorts.")
-    removal_scale: float = _number("", SPEED_UP,
+    tick_us: float = number("µs", (1, 100), "Step of the slow physics: motors, debris, shorts.")
+    removal_scale: float = number("", SPEED_UP,
         "Number of real discharges for which each simulated one stands. Flushing goes as much "
         "faster; axes do not.")
-    current_max_a: float = _number("A", (0.05, 10_000),
+    current_max_a: float = number("A", (0.05, 10_000),
         "Highest discharge current: as many whole steps of `source.step_a` as are in it, 63 at "
         "most, are what the gateware is built for, and no register exceeds them.")
     axis: Axis
@@ -444,7 +379,7 @@ class SinkerFile(MachineFile):
     """A die-sinking machine: an electrode that Z moves, above a workpiece."""
 
     kind: Literal["sinker"] = Field("sinker", description=WHAT_MOVES)
-    initial_gap_um: float = _number("µm", (0, 100_000),
+    initial_gap_um: float = number("µm", (0, 100_000),
         "Height of the electrode above the top of the workpiece when the program starts.")
     gap: SinkerGap
     debris: SinkerDebris

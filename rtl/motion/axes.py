@@ -24,7 +24,8 @@ class Axes(wiring.Component):
     Parameters
     ----------
     registers : mapping of str to wiring.Signature
-        Register blocks ``axis_x``, ``axis_y`` and so on, as their owner on the bus has them.
+        Register blocks ``axis_x``, ``axis_y`` and so on, and ``pitch``, as their owner on the bus
+        has them.
     letters : str
         The axes, such as ``"xyz"``; every vector has one bit for each, the first one lowest.
     clock_hz, pulses_per_mm : int
@@ -94,8 +95,9 @@ class Axes(wiring.Component):
             for _ in letters]
         count = len(letters)
         super().__init__({
-            "registers": In(wiring.Signature({f"axis_{letter}": Out(registers[f"axis_{letter}"])
-                                              for letter in letters})),
+            "registers": In(wiring.Signature({
+                name: Out(registers[name])
+                for name in (*(f"axis_{letter}" for letter in letters), "pitch")})),
             "safe": In(1),
             **{name: In(count) for name in ("pi", "pi_reverse", "downwards", "left_low",
                                             "left_high", "enc_a", "enc_b")},
@@ -154,6 +156,7 @@ class Axes(wiring.Component):
             axis.forward.eq(self.forward[index]),
             axis.ahead.eq(self.ahead),
             axis.resting.eq(self.resting),
+            axis.pitch.eq(getattr(self.registers.pitch, self.letters[index])),
             axis.mark.eq(self.mark),
             # The lag tells from which side an axis comes. The segment does not: it may leave this
             # axis at rest, or move it the other way. Only an axis without lag takes the direction
@@ -184,4 +187,5 @@ class Axes(wiring.Component):
             self.damaged[index].eq(axis.damaged),
         ]
         m.d.sync += self.damaged_settings[index].eq(
-            Cat(getattr(own, f"{name}_damaged") for name in self.GUARDED).any())
+            Cat(getattr(self.registers.pitch, f"{self.letters[index]}_damaged"),
+                *(getattr(own, f"{name}_damaged") for name in self.GUARDED)).any())

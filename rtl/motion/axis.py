@@ -5,7 +5,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from rtl.motion.backlash import BACKLASH_BITS, Backlash
+from rtl.motion.backlash import BACKLASH_BITS, PITCH_BITS, TAKEN_BITS, Backlash
+from rtl.motion.coder_gear import CoderGear
 from rtl.motion.dac import Dac, check_modulator
 from rtl.motion.drive_lag import SHARE_BITS, SHARE_INIT, DriveLag
 from rtl.motion.encoder import Encoder
@@ -98,7 +99,9 @@ class Axis(wiring.Component):
     ``command == position + error`` in every clock in which ``status_saturated`` is low. Pi is
     accepted in any clock, also while ``safe``. FP comes from the encoder or, with ``mode_step``,
     from the ``Gear``: Er is then the queue of the pulses whose steps are not sent yet, and DAC and
-    encoder are not used. Either way ``Backlash`` stands between, and has its own pulses in FP.
+    encoder are not used. A coder that is coarser than a pulse, with n edges for m pulses and n
+    below m, has its edges made into pulses by a ``CoderGear``. In any case ``Backlash`` stands
+    between, and has its own pulses in FP.
 
     The velocity command is Er in the plain loop. With feed-forward, ``ahead``, it is Er plus
     ``forward`` less the way by which the drive is behind anyway (``DriveLag``). So the drive moves
@@ -179,9 +182,11 @@ class Axis(wiring.Component):
     resting : In(1)
         No path pulses are commanded; see ``Supervision``.
     gear_steps, gear_surplus : In(16), gear_strobe : In(1)
-        n and m - n of the ``Gear``; the strobe begins to count with them.
+        n and m - n of the ``Gear``, or of the ``CoderGear``; the strobe begins to count with them.
     backlash_size : In(13), backlash_strobe : In(1)
         See ``Backlash``; the strobe clears.
+    pitch : In(signed(13))
+        See ``Backlash``.
     step_time_width : In(8)
         See ``StepDir``; so are the next two.
     step_time_space : In(8)
@@ -203,9 +208,9 @@ class Axis(wiring.Component):
     status_saturated : Out(1)
         Er could not take a pulse, since ``adopt``.
     status_illegal : Out(1)
-        The encoder has jumped, since ``adopt``.
+        The encoder has jumped, or was too fast for its gear, since ``adopt``.
     damaged : Out(1)
-        See ``ErrorCounter`` and ``Backlash``.
+        See ``ErrorCounter``, ``Backlash`` and ``CoderGear``.
     status_check : Out(3)
         What the supervision of the coder has found (``Check``), since ``adopt``.
     following_stopped : Out(1)
@@ -220,14 +225,14 @@ class Axis(wiring.Component):
         Step pulse.
     dir : Out(1)
         Its direction, high for down.
-    backlash_taken_up : Out(13)
+    backlash_taken_up : Out(signed(15))
         See ``Backlash``.
     fp : Out(1)
-        Feedback pulse, those of the backlash included.
+        Feedback pulse, those of backlash and pitch included.
     fp_reverse : Out(1)
         Its direction, high for down. Valid while ``fp`` is high.
     in_position : Out(1)
-        Er is no further from 0 than ``window``, and the backlash is taken up.
+        Er is no further from 0 than ``window``, and backlash and pitch are made up for.
 
     Raises
     ------
@@ -248,6 +253,7 @@ class Axis(wiring.Component):
         self.rest_clocks = rest_clocks
         self.travel = travel
         self.supervision = Supervision(allowance=allowance, fastest=fastest)
+        self.coder_gear = CoderGear()
         super().__init__({
             "pi":                In(1),
             "pi_reverse":        In(1),
@@ -273,6 +279,7 @@ class Axis(wiring.Component):
             "gear_strobe":       In(1),
             "backlash_size":     In(BACKLASH_BITS),
             "backlash_strobe":   In(1),
+            "pitch":             In(signed(PITCH_BITS)),
             "step_time_width":   In(8),
             "step_time_space":   In(8),
             "step_time_setup":   In(8),
@@ -293,7 +300,7 @@ class Axis(wiring.Component):
             "dac_negative":      Out(1),
             "step":              Out(1),
             "dir":               Out(1),
-            "backlash_taken_up": Out(BACKLASH_BITS),
+            "backlash_taken_up": Out(signed(TAKEN_BITS)),
             "fp":                Out(1),
             "fp_reverse":        Out(1),
             "in_position":       Out(1),
@@ -306,12 +313,15 @@ class Axis(wiring.Component):
         m.submodules.encoder = encoder = Encoder()
         m.submodules.dac = dac = Dac(self.dac_modulator)
         m.submodules.gear = gear = Gear()
+        m.submodules.coder_gear = coder = self.coder_gear
         m.submodules.backlash = backlash = Backlash()
         m.submodules.overshoot = overshoot = Overshoot(width=self.error_bits, travel=self.travel)
         m.submodules.supervision = supervision = self.supervision
         m.submodules.drive_lag = drive_lag = DriveLag()
 
         adopt = Signal()
+        coarse = Signal()                           # the coder is
+        edge_reverse = Signal()
         moved, moved_reverse = Signal(), Signal()   # pulse of the drive
         m.d.comb += [
             adopt.eq(self.adopt & self.safe),
@@ -319,7 +329,16 @@ class Axis(wiring.Component):
             encoder.a.eq(self.enc_a),
             encoder.b.eq(self.enc_b),
             encoder.clear.eq(adopt | self.mode_step),
-            self.status_illegal.eq(encoder.illegal),
+            self.status_illegal.eq(encoder.illegal | coder.lost),
+
+            coarse.eq(~self.mode_step & (self.gear_surplus != 0)),
+            edge_reverse.eq(encoder.fp_reverse ^ self.mode_reverse),
+            coder.edge.eq(encoder.fp),
+            coder.edge_reverse.eq(edge_reverse),
+            coder.steps.eq(self.gear_steps),
+            coder.surplus.eq(self.gear_surplus),
+            coder.clear.eq(self.gear_strobe | ~coarse),
+            coder.forget.eq(adopt | self.mode_step),
 
             gear.pending.eq(counter.error != 0),
             gear.negative.eq(counter.error < 0),
@@ -333,11 +352,12 @@ class Axis(wiring.Component):
             self.step.eq(gear.step),
             self.dir.eq(gear.dir ^ self.mode_swap),
 
-            moved.eq(Mux(self.mode_step, gear.fp, encoder.fp)),
+            moved.eq(Mux(self.mode_step, gear.fp, Mux(coarse, coder.fp, encoder.fp))),
             moved_reverse.eq(Mux(self.mode_step, gear.fp_reverse,
-                                 encoder.fp_reverse ^ self.mode_reverse)),
+                                 Mux(coarse, coder.fp_reverse, edge_reverse))),
 
             backlash.size.eq(self.backlash_size),
+            backlash.pitch.eq(self.pitch),
             backlash.tick.eq(self.tick),
             backlash.pi.eq(self.pi),
             backlash.pi_reverse.eq(self.pi_reverse),
@@ -358,7 +378,7 @@ class Axis(wiring.Component):
             self.position.eq(counter.position),
             self.error.eq(counter.error),
             self.status_saturated.eq(counter.saturated),
-            self.damaged.eq(counter.damaged | backlash.damaged),
+            self.damaged.eq(counter.damaged | backlash.damaged | coder.damaged),
         ]
 
         # The counter never takes its lowest code, so the magnitude needs one bit less.
@@ -408,6 +428,7 @@ class Axis(wiring.Component):
             supervision.fp_reverse.eq(moved_reverse),
             supervision.a.eq(encoder.a_level),
             supervision.b.eq(encoder.b_level),
+            supervision.coarse.eq(coarse),
             supervision.on.eq(~self.safe & ~self.mode_step),
             supervision.clear.eq(adopt),
             self.status_check.eq(supervision.check),

@@ -5,7 +5,20 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["Encoder"]
+__all__ = ["Encoder", "filtered"]
+
+
+def filtered(m, line, level, samples, name):
+    """Glitch filter of ``samples`` clocks from ``line`` to ``level``; returns its next level.
+
+    ``level`` has changed once ``line`` has had its new level in ``samples`` clocks running.
+    """
+    following = Signal(name=f"{name}_following")
+    history = Signal(samples - 1, name=f"{name}_history")
+    recent = Cat(line, history)
+    m.d.comb += following.eq(Mux(level, recent.any(), recent.all()))
+    m.d.sync += [level.eq(following), history.eq(recent)]
+    return following
 
 
 class Encoder(wiring.Component):
@@ -80,16 +93,8 @@ class Encoder(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        def filtered(line, level, name):
-            following = Signal(name=f"{name}_following")
-            history = Signal(self.samples - 1, name=f"{name}_history")
-            recent = Cat(line, history)
-            m.d.comb += following.eq(Mux(level, recent.any(), recent.all()))
-            m.d.sync += [level.eq(following), history.eq(recent)]
-            return following
-
-        a = filtered(self.a, self.a_level, "a")
-        b = filtered(self.b, self.b_level, "b")
+        a = filtered(m, self.a, self.a_level, self.samples, "a")
+        b = filtered(m, self.b, self.b_level, self.samples, "b")
 
         settling = Signal(range(self.settle + 1), init=self.settle)
         with m.If(settling != 0):

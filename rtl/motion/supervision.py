@@ -58,11 +58,13 @@ class Supervision(wiring.Component):
       slow the axis is. A wrong gain setting trips the axis in motion; it never hides a lost coder.
     * *Edges.* When 512 ticks have passed since 16 pulses were commanded, without a change of the
       commanded direction and without rest, both phases have an edge in every 80 to 144 pulses that
-      are commanded (up to 207 where a stretch ends after more than 128).
+      are commanded (up to 207 where a stretch ends after more than 128). With a ``coarse`` coder
+      that is in every 640 to 1152: the model may be ahead by some edges at the end of a motion.
     * *Rate.* In 32 ticks no more than ``fastest`` pulses of either direction come.
 
     When a check fails, a more exact finding replaces it if there is one: ``SILENT``, ``PHASE_A`` or
-    ``PHASE_B`` if both phases, or one, had no edge while 64 pulses were commanded; else ``AGAINST``
+    ``PHASE_B`` if both phases, or one, had no edge while 64 pulses were commanded (512 with a
+    ``coarse`` coder); else ``AGAINST``
     if more than 16 pulses came against at least 16 commanded.
 
     While ``on`` is low, or after a finding, nothing is checked. All sums are cleared then, and the
@@ -98,6 +100,8 @@ class Supervision(wiring.Component):
         Feedback pulse and its direction.
     a, b : In(1)
         Phases of the coder, filtered.
+    coarse : In(1)
+        An edge of the coder is more than a pulse.
     on : In(1)
         The drive follows ``size``.
     clear : In(1)
@@ -126,7 +130,7 @@ class Supervision(wiring.Component):
     STILL = 6                    # log2 of the command at which a drive may stand still at rest
     LONGEST = 13                 # log2 of the pulses after which a stretch ends at any time
     SHARE = 3                    # shift for the bounds of a share, 1/8 and 8 times
-    LIVELY = 6                   # log2 of the pulses commanded without an edge
+    LIVELY, COARSELY = 6, 9      # log2 of the pulses commanded without an edge
     FRACTION, COARSE = 12, 8     # bits below the pulse of speeds and travels, and of the misfit
     FINER = 8                    # additional ones of Er times the gain
     STEPS = SIZE + 6
@@ -159,6 +163,7 @@ class Supervision(wiring.Component):
             "fp_reverse": In(1),
             "a":          In(1),
             "b":          In(1),
+            "coarse":     In(1),
             "on":         In(1),
             "clear":      In(1),
             "check":      Out(Check),
@@ -330,7 +335,8 @@ class Supervision(wiring.Component):
         m.d.sync += [before.eq(phases), fresh.eq(fresh | edges)]
         with m.If(~valid | (at["add"] & begins)):
             m.d.sync += [fresh.eq(0b11), stale.eq(0b11), mark.eq(0)]
-        with m.Elif(at["take"] & (pulses[self.LIVELY] != mark)):
+        with m.Elif(at["take"] & (Mux(self.coarse, pulses[self.COARSELY], pulses[self.LIVELY])
+                                  != mark)):
             m.d.sync += [fresh.eq(edges), stale.eq(fresh), mark.eq(~mark)]
         with m.Elif(at["judge"] & ends):
             m.d.sync += mark.eq(0)
@@ -345,7 +351,8 @@ class Supervision(wiring.Component):
         against = (back < -(1 << self.BEGUN)) & pulses[self.BEGUN:].any()
         # A phase may have its last edge just before the end of a span, the other one just after it.
         # Well within a span a phase that goes on alone has had an edge in it.
-        within = pulses[self.BEGUN:self.LIVELY].any()
+        within = Mux(self.coarse, pulses[self.COARSELY - 2:self.COARSELY].any(),
+                     pulses[self.BEGUN:self.LIVELY].any())
         silent = Mux(within, ~lively.all() & ~fresh.any(), ~lively.any())
         return ends & (few | many), against, lively, silent, lasting & within & ~lively.all()
 

@@ -173,6 +173,8 @@ EVENTS: tuple[Event, ...] = (
         _field("by", "by", "`program`, or `series` if a depth of the depth series was reached."),
         _field("depth", "mm", "With `series`: the depth of the switch.", unit="mm",
                optional=True))),
+    Event(name="index", number=10, doc="The index of a coder has come, as the firmware has asked "
+          "in homing.", first="axes whose index came", filed=False),
     Event(name="aux", word="aux", doc="An auxiliary function has been sent to the machine side.",
           fields=(
         _field("letter", "letter", "M, S or T."),

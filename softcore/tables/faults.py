@@ -285,9 +285,11 @@ FAULTS: tuple[Fault, ...] = (
            spoken=True, alarm=4),
     _fault(175, "home_not_found", "machine", "the reference switch was not found",
            "The axis has gone half as far again as its travel, or in the slow approach twice the "
-           "pull-off, and its switch was not pressed.",
+           "pull-off, and its switch was not pressed. Or it is homed on the index of its coder "
+           "(`${home_index}`), and none came on the way `${home_index_um}` from the pull-off.",
            "Check the switch, its wires, the direction `${home_down}`, and the travel "
-           "(`${low_x_um}` to `${high_z_um}`).", spoken=True, alarm=9),
+           "(`${low_x_um}` to `${high_z_um}`). For the index, check its wire, and that the way is "
+           "longer than a turn of the coder.", spoken=True, alarm=9),
     _fault(176, "home_not_left", "machine",
            "the reference switch is still pressed after the pull-off",
            "The axis has gone the pull-off `${home_pull_off_um}` away from its reference switch. "

@@ -72,8 +72,8 @@ GRBL_SETTINGS: tuple[GrblSetting, ...] = (
     *(GrblSetting(number=100 + k, title=f"resolution of {axis}", unit="step/mm",
                   source="resolution", axis=k,
                   follows=(f"gear_steps_{axis.lower()}", f"gear_pulses_{axis.lower()}"),
-                  meaning="Steps of an axis with step/direction output, by its gear; pulses of any "
-                  "other, 10 000.")
+                  meaning="Steps of an axis with step/direction output, edges of the coder of any "
+                  "other: by its gear.")
       for k, axis in enumerate("XYZ")),
     *(GrblSetting(number=110 + k, title=f"highest speed of {axis}", unit="mm/min", source="speed",
                   axis=k, follows=("highest_speed_mm_min", f"highest_speed_{axis.lower()}"),

@@ -22,10 +22,16 @@ LEAST_GAIN = 10
 FARTHEST = 20_000_000           # um: within UNITS_POSITION_LIMIT of the firmware
 PULSES_PER_MM = 10_000          # of the path
 LARGEST_GEAR = 1 << 16
+COARSEST_CODER = 20             # pulses for an edge, at most
 LARGEST_BACKLASH = (1 << 13) - 1    # pulses
 # With a coder that is lost at rest nothing but this bounds the speed by a wrong offset: 1.3 mm/s.
 NO_OFFSET = 256                 # steps of the DAC: what stands for none, as a setting has no sign
 LARGEST_FRICTION = (1 << 7) - 1
+# Of the table of a screw's pitch error.
+PITCH_POINTS = 16
+LARGEST_PITCH_ERROR = (1 << 12) - 1     # pulses
+NO_PITCH_ERROR = 5000                   # what stands for none
+STEEPEST_PITCH = 100                    # least pulses of way for a pulse of error
 DAC_STEPS = "steps of the DAC"
 TRAVEL = 299_000                # um: 1 mm before the limit switches of the built-in machines
 
@@ -41,8 +47,10 @@ GROUPS = {
     "side": "Machine side",
     "gap": "Classes of pulses, servo, fluid and feed",
     "program": "Programs and power supply",
+    "pitch": "Pitch of the screws",
 }
-Group = Literal["detector", "motion", "axes", "drives", "travel", "loop", "side", "gap", "program"]
+Group = Literal["detector", "motion", "axes", "drives", "travel", "loop", "side", "gap", "program",
+                "pitch"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +94,34 @@ def _travel(number: int, end: str, axis: str) -> Setting:
                 f"{end} end of {axis}{below}", "um", (TRAVEL, 0, FARTHEST), "travel",
                 f"{end.capitalize()} soft limit of {axis}: its distance{below} in the machine "
                 "frame.")
+
+
+def _pitch(first: int) -> tuple[Setting, ...]:
+    """Tables of the axes' pitch errors, the first of their numbers being ``first``."""
+    return (
+        *(_set(first + k, f"pitch_points_{axis.lower()}",
+               f"screw of {axis}: points (0 no table)", "", (0, 0, PITCH_POINTS), "pitch",
+               f"Points of the table by which the error of {axis}'s screw is made up for, with "
+               "steps and with a coder on the motor. 0: there is none. A change of a table loses "
+               "the position, and is in force when it is known again.")
+          for k, axis in enumerate("XYZ")),
+        *(_set(first + 3 + k, f"pitch_first_{axis.lower()}",
+               f"screw of {axis}: first point below zero", "pulses",
+               (0, 0, FARTHEST * PULSES_PER_MM // 1000), "pitch", "Place of the lowest point: its "
+               "distance below zero in the machine frame, a pulse being 0.1 µm.")
+          for k, axis in enumerate("XYZ")),
+        *(_set(first + 6 + k, f"pitch_step_{axis.lower()}",
+               f"screw of {axis}: from point to point", "pulses",
+               (200_000, 10_000, 1_000_000), "pitch", "Distance from each point to the next.")
+          for k, axis in enumerate("XYZ")),
+        *(_set(first + 9 + PITCH_POINTS * k + point, f"pitch_{axis.lower()}_{point + 1}",
+               f"screw: too far up ({NO_PITCH_ERROR} not), {axis}{point + 1}", "pulses",
+               (NO_PITCH_ERROR, NO_PITCH_ERROR - LARGEST_PITCH_ERROR,
+                NO_PITCH_ERROR + LARGEST_PITCH_ERROR), "pitch",
+               f"True place less commanded place of {axis} at point {point + 1}. {NO_PITCH_ERROR} "
+               f"is none, {NO_PITCH_ERROR + 12} is 1.2 µm too far up, {NO_PITCH_ERROR - 12} 1.2 µm "
+               "too far down.")
+          for k, axis in enumerate("XYZ") for point in range(PITCH_POINTS)))
 
 
 SETTINGS: tuple[Setting, ...] = (
@@ -301,17 +337,18 @@ SETTINGS: tuple[Setting, ...] = (
          "detector", "The first discharge pulse after a change of open voltage, polarity or a "
          "level of the comparators waits at least so long. The times of the board are never "
          "shortened."),
-    *(_set(520 + k, f"gear_steps_{axis.lower()}", f"gear of {axis}: steps", "steps",
+    *(_set(520 + k, f"gear_steps_{axis.lower()}", f"gear of {axis}: steps or edges", "steps",
            (PULSES_PER_MM, 1, LARGEST_GEAR), "drives",
-           f"Electronic gear of {axis} with step/direction output: so many steps for "
-           f"`${{gear_pulses_{axis.lower()}}}` pulses. A mm has 10 000 pulses: while that setting "
-           "is 10 000, this one is the steps per mm. Steps are rounded to the nearest, by the "
-           "count of pulses alone. After a change the position is lost; it is not accepted with "
-           "more steps than pulses.")
+           f"Electronic gear of {axis}: so many steps, or with a coder so many of its edges (four "
+           f"for each line), for `${{gear_pulses_{axis.lower()}}}` pulses. A mm has 10 000 pulses: "
+           "while that setting is 10 000, this one is the steps or edges per mm. Steps are rounded "
+           "to the nearest, by the count of pulses alone; pulses of a coder by the count of its "
+           "edges alone. After a change the position is lost; it is not accepted with more steps "
+           f"or edges than pulses, nor with more than {COARSEST_CODER} pulses for an edge.")
       for k, axis in enumerate("XYZ")),
     *(_set(523 + k, f"gear_pulses_{axis.lower()}", f"gear of {axis}: in so many pulses", "pulses",
            (PULSES_PER_MM, 1, LARGEST_GEAR), "drives",
-           f"Pulses for `${{gear_steps_{axis.lower()}}}`, at least as many as steps. After a "
+           f"Pulses for `${{gear_steps_{axis.lower()}}}`, at least as many. After a "
            "change the position is lost.")
       for k, axis in enumerate("XYZ")),
     *(_set(526 + k, f"backlash_{axis.lower()}", f"backlash of {axis}", "pulses",
@@ -391,6 +428,14 @@ SETTINGS: tuple[Setting, ...] = (
            "`${feed_forward}` leaves it out, reckoned with this lag. A little less than the true "
            "one follows arcs best. `gapkeeper tune` proposes it.")
       for number, axis in enumerate("xyz", start=557)),
+    _set(560, "home_index", "homing: axes homed on the index, mask", "", (0, 0, 7), "travel",
+         "Axes whose reference is the index of the coder that comes first behind the pull-off: the "
+         "sum of 1 for X, 2 for Y, 4 for Z. They stand on it at the end of their travel. 0: the "
+         "switch alone.", guards=False),
+    _set(561, "home_index_um", "homing: longest way to the index", "um", (12_000, 100, 1_000_000),
+         "travel", "How far such an axis goes on from the pull-off at `${home_slow_mm_min}`, if no "
+         "index comes: a turn of its coder, and some more.", guards=False),
+    *_pitch(562),
 )
 
 

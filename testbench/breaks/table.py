@@ -2,6 +2,7 @@
 """All planted breaks, and the changes that have no visible effect."""
 
 from testbench.breaks.harness import Break, Equivalent
+from testbench.breaks.table_axes import AXES
 from testbench.breaks.table_blocks import BLOCKS
 from testbench.breaks.table_boards import BOARDS
 from testbench.breaks.table_gap import GAP
@@ -17,7 +18,8 @@ from testbench.breaks.table_storage import STORAGE
 __all__ = ["EQUIVALENT", "SHORT", "TABLE"]
 
 TABLE: tuple[Break, ...] = (
-    SAFETY + GAP + MOTION + BLOCKS + MACHINE + LINK + PANEL + PLANT + BOARDS + SCOPE + STORAGE)
+    SAFETY + GAP + MOTION + BLOCKS + MACHINE + AXES + LINK + PANEL + PLANT + BOARDS + SCOPE
+    + STORAGE)
 
 WINDOW = ("testbench/unit/firmware/test_path.py::test_window_moves_under_a_moving_machine",
           "testbench/unit/firmware/test_path.py::test_window_holds_what_is_commanded")

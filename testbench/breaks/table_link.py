@@ -194,7 +194,7 @@ LINK = (
          "an axis has step times of its own"),
         ("        if (gear_fits(axis))\n            hal_axis_gear", "            hal_axis_gear",
          "more steps than pulses are not in force"),
-        ("before == value && group == GROUP_DRIVES", "before == value && false",
+        ("before == value && (group == GROUP_DRIVES", "before == value && (false",
          "the same value leaves the gear"),
     ),
     *breaks_of(
@@ -213,7 +213,7 @@ LINK = (
     *breaks_of(
         "softcore/firmware/base/settings.c", "unit/firmware/test_corners.py",
         ("(100 - percent) * loop_us", "loop_us", "a corner follows from the loop in force"),
-        ("drive_us = values[SET_DRIVE_LAG_US]", "drive_us = DRIVE_LAG_US",
+        ("drive_us = values[SET_DRIVE_LAG_US]", "drive_us = 3300",
          "a corner follows from the lag of the drives"),
         ("group == GROUP_MOTION || group == GROUP_LOOP", "group == GROUP_LOOP",
          "a corner follows from the highest speed"),
@@ -224,12 +224,12 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", MACHINE,
-        ("value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
-         "        value > SETTINGS_TABLE_ROWS[which].highest",
-         "value < SETTINGS_TABLE_ROWS[which].lowest", "settings have a highest value", TALK),
-        ("return which == SETTINGS || SETTINGS_TABLE_ROWS[which].guards;",
+        ("value < settings_row(which)->lowest ||\n"
+         "        value > settings_row(which)->highest",
+         "value < settings_row(which)->lowest", "settings have a highest value", TALK),
+        ("return which == SETTINGS || settings_row(which)->guards;",
          "return which == SETTINGS;", "what guards the axes is locked"),
-        ("        if (guard && !values[which])\n", "        if (guard && values[which])\n",
+        ("        if (!values[guard->which])\n", "        if (values[guard->which])\n",
          "what is masked is told"),
         ("        if (values[SET_STEP_AXES] >> axis & 1)\n",
          "        if (values[SET_STEP_AXES] == axis)\n",

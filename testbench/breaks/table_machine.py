@@ -14,7 +14,6 @@ LINK = "unit/firmware/test_link.py"
 CEILING = "unit/firmware/test_ceiling.py"
 WIRING = "unit/firmware/test_wiring.py"
 TOUCH = "unit/firmware/test_touch.py"
-HOMING = "unit/firmware/test_homing.py"
 SINGLE = "unit/firmware/test_single_block.py"
 START = "cosim/test_start_block.py"
 WALK = "unit/firmware/test_walk.py"
@@ -152,31 +151,6 @@ MACHINE = (
          "contact ends a touch-off"),
     ),
     *breaks_of(
-        "softcore/firmware/app/homing.c", HOMING,
-        ("axes != 1u << homing_now.axis", "!axes",
-         "the switch of another axis is an alarm"),
-        ("cause != (homing_now.down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH)",
-         "cause < CAUSE_LIMIT_LOW", "the switch at the other end is an alarm"),
-    ),
-    *breaks_of(
-        "softcore/firmware/app/homing_cycle.c", HOMING,
-        ("    machine_lose_position();\n", "", "the position is lost until the cycle has ended"),
-        ("    if (pressed()) {\n        fail", "    if (0) {\n        fail",
-         "a switch that sticks is an alarm"),
-        ("        fail(FAULT_HOME_NOT_FOUND", "        if (slow) fail(FAULT_HOME_NOT_FOUND",
-         "a cycle without a switch ends"),
-        ("    settings_renew();\n    control_begin_path();", "    control_begin_path();",
-         "the soft limits follow the frame"),
-        (" - pull_off() - homing_now.switched", " - pull_off() - hal_axis_command(homing_now.axis)",
-         "the frame is that of the switch"),
-    ),
-    *breaks_of(
-        "softcore/firmware/app/control.c", HOMING,
-        ("    homing_stop();\n", "", "an alarm ends homing"),
-        ("    gap_end_trial();\n", "", "a reset ends the trial of levels", WIRING),
-        ("|| homes) &&", ") &&", "a reset during homing is an alarm"),
-    ),
-    *breaks_of(
         "softcore/firmware/app/execute.c", WIRING,
         ("|| (was_machining && !ready(f)))", ")", "... nor after a pause"),
     ),
@@ -202,11 +176,6 @@ MACHINE = (
          "no word beyond the memory is read"),
         ("hal_memory_read(done, end)", "hal_memory_read(done + 1, end)",
          "every word of the memory is read"),
-    ),
-    *breaks_of(
-        "softcore/firmware/app/machine.c", "unit/firmware/test_drives.py",
-        ("        settings_renew_drives();\n", "",
-         "an unlock removes damage of a gear, a backlash or a direction"),
     ),
     *breaks_of(
         "softcore/firmware/app/override.c", TOUCH,
@@ -307,18 +276,6 @@ MACHINE = (
          CEILING),
     ),
     *breaks_of(
-        "softcore/firmware/app/control.c", "unit/firmware/test_drives.py",
-        ("    if (!settings_gears(f))\n        return false;\n", "",
-         "no position with a gear that does not fit"),
-    ),
-    *breaks_of(
-        "softcore/firmware/path/history.c", "unit/firmware/test_drives.py",
-        ("(uint64_t)part * most > room", "(uint64_t)part * most > 2 * room",
-         "no axis exceeds its speed on a line"),
-        ("own && own < most && (axis", "own && 2 * own < most && (axis", "nor on an arc"),
-        ("        s->tight = move->highest != 0;\n", "", "slow before a slower axis"),
-    ),
-    *breaks_of(
         "softcore/firmware/path/history.c", "unit/firmware/test_override.py",
         ("u->word[0] & RAPID ? rapid_factor : feed_factor", "feed_factor",
          "rapids have an override of their own"),
@@ -412,6 +369,8 @@ MACHINE = (
     ),
     *breaks_of(
         "softcore/firmware/app/events.c", PROGRAM,
+        ("TEXTS - 2 * NOTICE_TEXT)", "TEXTS)", "texts that wait are not overwritten"),
+        ("if (left < NOTICE_TEXT)", "if (left < 4)", "a text that waits is in one piece"),
         ("if (!touch_takes(&r->event))", "if (!touch_takes(&r->event) && busy)",
          "a halt is an alarm"),
         ("        machine_tripped(r->", "        if (busy) machine_tripped(r->",

@@ -22,9 +22,19 @@ PLANT = (
          "the front is as wide as its overcut"),
     ),
     *breaks_of(
+        "testbench/plant/motor.hpp", "unit/plant/test_axis.py",
+        ("(count_ - own_.index) % own_.turn == 0", "count_ % own_.turn == 0",
+         "an index has its own place"),
+    ),
+    *breaks_of(
         "testbench/plant/sinker.cpp", CAVITY,
         ("    // What the walls lose is debris as well.\n    debris_ += thickness",
          "    debris_ += 0.5 * thickness", "debris is all that was removed"),
+    ),
+    *breaks_of(
+        "testbench/plant/motor.hpp", "unit/plant/test_axis.py",
+        ("return axis_ + error();", "return axis_;", "a wrong screw takes the axis beside"),
+        ("own_.slope * axis_ + own_.wave", "own_.wave", "its errors add up"),
     ),
     *breaks_of(
         "testbench/plant/gap.cpp", "unit/plant/test_gap.py",

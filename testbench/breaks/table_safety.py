@@ -261,6 +261,8 @@ SAFETY = (
         ('"mode_friction",\n               "gear', '\n               "gear', "so is its friction"),
         ('"gear_surplus", "backlash_size")', '"backlash_size")', "so is its gear"),
         ('"gear_surplus", "backlash_size")', '"gear_surplus")', "so is its backlash"),
+        ('Cat(getattr(self.registers.pitch, f"{self.letters[index]}_damaged"),', "Cat(",
+         "so is its pitch", "cosim/test_guards.py::test_a_bit_trips_with_its_reason"),
     ),
     *breaks_of(
         "softcore/memory.py", "unit/softcore/test_memory.py",

@@ -5,6 +5,7 @@ from testbench.breaks.harness import breaks_of
 
 __all__ = ["STORAGE"]
 
+PITCH = "unit/firmware/test_pitch.py"
 BOOKMARK = "unit/firmware/test_bookmark.py"
 JOURNAL = "unit/firmware/test_journal.py"
 SLOTS = "unit/firmware/test_slots.py"
@@ -50,6 +51,9 @@ STORAGE = (
          "the tape's text is compared"),
         ("entered = mix(entered + item", "entered = (entered + 0 * item",
          "retraction data entered by hand are compared"),
+        ("mix(total + at, ", "mix(total, ", "it is the same setting that has a value", PITCH),
+        (" ||\n            (group == GROUP_PITCH && settings_differs(at))", "",
+         "tables of screws are compared", PITCH),
     ),
     *breaks_of(
         "softcore/firmware/store/slots.c", SLOTS,
@@ -85,8 +89,8 @@ STORAGE = (
     ),
     *breaks_of(
         "softcore/firmware/base/settings.c", JOURNAL,
-        ("    if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||\n"
-         "        value > SETTINGS_TABLE_ROWS[which].highest)", "    if (which == SETTINGS)",
+        ("    if (which == SETTINGS || value < settings_row(which)->lowest ||\n"
+         "        value > settings_row(which)->highest)", "    if (which == SETTINGS)",
          "a kept setting has the range of its entry"),
     ),
     *breaks_of(

@@ -27,7 +27,7 @@ module bench;
 
   gapkeeper controller(
     .clk(clk), .tx(tx), .rx(to[0]),
-    .enc_a(to[3:1]), .enc_b(to[6:4]),
+    .enc_a(to[3:1]), .enc_b(to[6:4]), .enc_index(to[30:28]),
     .gap_high(to[7]), .gap_arc(to[8]), .gap_short(to[9]), .gap_current(to[10]),
     .estop(to[11]), .fluid_low(to[12]), .fin(to[13]),
     .drive_fault(to[16:14]), .limit_low(to[19:17]), .limit_high(to[22:20]),

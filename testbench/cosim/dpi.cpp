@@ -59,7 +59,7 @@ uint64_t packed(const plant::ToController& to, bool rx) {
            static_cast<uint64_t>(to.limit_low) << 17 | static_cast<uint64_t>(to.limit_high) << 20 |
            static_cast<uint64_t>(to.gap_noise) << 23 | static_cast<uint64_t>(to.adc_data) << 24 |
            static_cast<uint64_t>(to.arm) << 25 | static_cast<uint64_t>(to.power_good) << 26 |
-           static_cast<uint64_t>(to.flash_data) << 27;
+           static_cast<uint64_t>(to.flash_data) << 27 | static_cast<uint64_t>(to.enc_index) << 28;
 }
 
 }  // namespace

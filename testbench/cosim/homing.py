@@ -6,11 +6,19 @@ import math
 from testbench.cosim.job import MM, Job
 from testbench.native.station import Session
 
-__all__ = ["PULL_OFF_MM", "SETTINGS", "cycle"]
+__all__ = ["PULL_OFF_MM", "SETTINGS", "begin", "cycle"]
 
 PULL_OFF_MM = 0.1
 # Settings by name. The pull-off is short, so that a run is; the rest is as delivered.
 SETTINGS = {"home_pull_off_um": round(PULL_OFF_MM * 1000)}
+
+
+def begin(session: Session, *lines: str) -> Job:
+    """A controller that is about to home, with the gap of the simulated machine."""
+    job = Job(session, *lines, watched=("safe", "gap_on"))
+    session.set("force.short", -1)
+    session.set("force.gap_um", math.nan)
+    return job
 
 
 def cycle(session: Session, *lines: str, times: int = 1) -> list[dict[str, float]]:
@@ -18,9 +26,7 @@ def cycle(session: Session, *lines: str, times: int = 1) -> list[dict[str, float
 
     The true place is that of the motor, counted from the start of the simulation.
     """
-    job = Job(session, *lines, watched=("safe", "gap_on"))
-    session.set("force.short", -1)
-    session.set("force.gap_um", math.nan)
+    job = begin(session, *lines)
     found = []
     for _ in range(times):
         job.link.command("$H")

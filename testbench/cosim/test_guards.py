@@ -28,6 +28,7 @@ AWAY_UM = 110       # at 300 mm/min: the lag, and the distance that the axis coa
     ("axis_y_mode_swap_parity", 0, "a setting of axis Y"),
     ("axis_z_gear_steps_parity", 0, "a setting of axis Z"),
     ("axis_x_backlash_size_parity", 0, "a setting of axis X"),
+    ("pitch_x_parity", 0, "a setting of axis X"),
     ("latch_double", 3, "the latch of the interlock")])
 def test_a_bit_trips_with_its_reason(register, bit, said):
     with Simulation(machine=MACHINE.tables, clock_hz=MACHINE.clock_hz, seed=1,

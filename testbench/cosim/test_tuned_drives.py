@@ -94,8 +94,8 @@ def test_corners_are_rounded_by_no_more_than_the_setting(real):
 def test_circles_beside_the_plain_loop(real, radius):
     """A fifth of what the drive's own plain loop does.
 
-    That of a fast and late drive leaves 5 mm by 0.8 um only: no less than three edges of the coder
-    are asked for.
+    But for 5 mm with a fast and late drive: gain and lag of its plain loop nearly cancel there, and
+    a fifth would be 1.5 edges of the coder. docs/results/experiments.md has what is left.
     """
     found = []
     for lines in real.tuned, [*real.tuned, *PLAIN]:
@@ -103,7 +103,9 @@ def test_circles_beside_the_plain_loop(real, radius):
             found.append(deviation(session, circle(radius), *lines).course)
     now, plain = found
     print(f"{real}, circle of {radius:g} mm: {now:.2f} of {plain:.2f} um, {now / plain:.3f}")
-    assert 0 < now <= max(plain / 5, 3 * CODER_UM)
+    missed = radius == 5 and real in (LATE[1], ALL[1])
+    assert missed == (plain < 1)
+    assert 0 < now <= (2.5 * CODER_UM if missed else plain / 5)
 
 
 @pytest.mark.parametrize("speed", [300, pytest.param(900, marks=pytest.mark.soak)])

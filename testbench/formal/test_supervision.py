@@ -20,6 +20,7 @@ class Small(Supervision):
     SIZE, GAIN, PACE, CAME = 2, 2, 4, 5
     LAG, MEMORY = 1, 2
     LEAST, BEGUN, LONGEST, SHARE, LIVELY, STILL = 3, 1, 4, 2, 2, 2
+    COARSELY = 3
     FRACTION, COARSE, FINER = 2, 2, 0
     STEPS = SIZE + 6
 
@@ -46,6 +47,7 @@ class Agreement(wiring.Component):
     fp_reverse: In(1)
     a: In(1)
     b: In(1)
+    coarse: In(1)
     on: In(1)
     clear: In(1)
 

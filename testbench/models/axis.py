@@ -8,6 +8,7 @@ are in the next.
 from dataclasses import dataclass, field
 
 from testbench.models.backlash import Backlash
+from testbench.models.coder_gear import CoderGear
 from testbench.models.dac import Dac
 from testbench.models.drive_lag import DriveLag
 from testbench.models.encoder import Encoder
@@ -43,6 +44,8 @@ class Axis:
     encoder: Encoder = field(default_factory=Encoder)
     dac: Dac = field(default_factory=Dac)
     gear: Gear = field(default_factory=Gear)
+    coder: CoderGear = field(default_factory=CoderGear)
+    ratio: tuple[int, int] = (1, 1)     # n and m, as the registers have them
     backlash: Backlash = field(default_factory=Backlash)
     overshoot: Overshoot = field(default_factory=Overshoot)
     supervision: Supervision = field(default_factory=Supervision)
@@ -65,28 +68,35 @@ class Axis:
     def resting(self) -> bool:
         return self.quiet is None or self.quiet >= self.rest_clocks
 
+    @property
+    def coarse(self) -> bool:
+        """Whether a coder is coarser than a pulse."""
+        return self.ratio[0] < self.ratio[1]
+
     def moved(self, *, mode_step: bool, mode_reverse: bool) -> int:
         """Pulse of the drive in the clock to come: -1, 0 or +1."""
-        if mode_step:
-            return self.gear.pulse
+        if mode_step or self.coarse:
+            return self.gear.pulse if mode_step else self.coder.pulse
         return -self.pulse if mode_reverse else self.pulse
 
     def feedback(self, *, mode_step: bool, mode_reverse: bool) -> int:
         """FP of the clock to come: -1, 0 or +1."""
         return self.backlash.pulse(self.moved(mode_step=mode_step, mode_reverse=mode_reverse))
 
-    def in_position(self, window: int, size: int = 0) -> bool:
-        """Whether the axis is in position, with a backlash of ``size``."""
-        return abs(self.seen) <= window and self.backlash.taken_up == self.backlash.goal(size)
+    def in_position(self, window: int, size: int = 0, pitch: int = 0) -> bool:
+        """Whether the axis is in position, with a backlash of ``size`` and this ``pitch``."""
+        goal = self.backlash.goal(size, pitch)
+        return abs(self.seen) <= window and self.backlash.taken_up == goal
 
     def tick(self, *, pi=0, forward=0, ahead=False, a=0, b=0, safe=False, adopt=False, mark=None,
              follow_stopped=1 << 17, follow_moving=1 << 17, mode_step=False,
              mode_reverse=False, times=(2, 2, 2), tick=False, gain=0, window=1, backlash=0,
-             gear=None, swap=False, offset=0, friction=0, resting=False, share=512) -> None:
+             pitch=0, gear=None, swap=False, offset=0, friction=0, resting=False,
+             share=512) -> None:
         """Go on by one clock.
 
         ``mark`` is None, or whether the travel at the mark was down. ``gear`` is None, or n and m
-        of a gear that begins, and the backlash with it.
+        of a gear that begins, and the backlash with it; they are ``ratio`` then.
         """
         moved = self.moved(mode_step=mode_step, mode_reverse=mode_reverse)
         fp = self.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
@@ -96,8 +106,9 @@ class Axis:
         beside = offset + friction * self.supervision.direction
         self.supervision.clock(
             tick=tick, gain=gain, er=self.told,
-            standing=self.in_position(window, backlash), resting=resting, fp=moved,
-            a=self.encoder.levels[0], b=self.encoder.levels[1], on=not (safe or mode_step),
+            standing=self.in_position(window, backlash, pitch), resting=resting, fp=moved,
+            a=self.encoder.levels[0], b=self.encoder.levels[1],
+            coarse=self.coarse and not mode_step, on=not (safe or mode_step),
             clear=adopt)
         self.share = share if tick else self.share
         if self.supervision.since == TOLD + 1:      # it was TOLD in this clock
@@ -114,8 +125,11 @@ class Axis:
         self.gear.tick(self.counter.error, width=width, space=space, setup=setup,
                        safe=safe or not mode_step,
                        clear=gear or (None if mode_step else (self.gear.n, self.gear.m)))
-        self.backlash.tick(size=backlash, tick=tick, pi=pi, moved=moved, safe=safe,
-                           clear=gear is not None)
+        counts = self.coarse and not mode_step and not gear
+        self.coder.tick(-self.pulse if mode_reverse else self.pulse,
+                        clear=None if counts else self.ratio, forget=adopt or mode_step)
+        self.backlash.tick(size=backlash, pitch=pitch, tick=tick, pi=pi, moved=moved,
+                           safe=safe, clear=gear is not None)
         self.pulse, _ = self.encoder.tick(a, b, adopt or mode_step)
 
         self.seen = self.counter.error

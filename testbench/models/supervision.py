@@ -58,9 +58,10 @@ class Supervision:
     down: bool = False
     stretch: Stretch = field(default_factory=Stretch)
     lasting: bool = False  # for the time of a stretch, not always the same one
-    odd: bool = False    # the stretch had an odd number of 64 commanded pulses
+    odd: bool = False    # the stretch had an odd number of spans
     fresh: frozenset = PHASES  # phases with an edge since that has changed,
     stale: frozenset = PHASES  # and between the two changes before
+    span: int = 64       # commanded pulses within which both phases have edges
     levels: tuple = (0, 0)
     coming: int = 0      # pulses of the tick under way
     came: int = 0
@@ -76,11 +77,12 @@ class Supervision:
         return self.total // 128
 
     def clock(self, *, tick=False, gain=0, er=0, standing=False, resting=False, fp=0, a=0, b=0,
-              on=True, clear=False) -> None:
+              coarse=False, on=True, clear=False) -> None:
         """Go on by one clock."""
         edges = {name for name, level, before in zip("ab", (a, b), self.levels, strict=True)
                  if level != before}
         idle = not on or self.check != "none"
+        self.span = 512 if coarse else 64
         found = self._rated(tick, fp) or self._judged()
         if clear:
             self.check = "none"
@@ -126,7 +128,7 @@ class Supervision:
             self.stretch = Stretch()
             self.odd = False
         silent = PHASES - self.fresh - self.stale
-        within = stretch.pulses % 64 >= 16
+        within = stretch.pulses % self.span >= self.span // 4
         if not (bad or fails or (self.lasting and within and silent)):
             return None
         if silent:
@@ -158,7 +160,7 @@ class Supervision:
         if self.since == AGED and self.valid:
             if self.stretch.pulses >= 16:
                 self.stretch.ticks = min(512, self.stretch.ticks + 1)
-            if self.stretch.pulses // 64 % 2 != self.odd:
+            if self.stretch.pulses // self.span % 2 != self.odd:
                 self.odd = not self.odd
                 self.fresh, self.stale = frozenset(edges), fresh
 

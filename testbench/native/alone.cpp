@@ -30,7 +30,8 @@ uint64_t packed(const plant::ToController& to) {
            static_cast<uint64_t>(to.fluid_low) << 12 |
            static_cast<uint64_t>(to.drive_fault) << 13 |
            static_cast<uint64_t>(to.limit_low) << 16 | static_cast<uint64_t>(to.limit_high) << 19 |
-           static_cast<uint64_t>(to.gap_noise) << 22 | static_cast<uint64_t>(to.adc_data) << 23;
+           static_cast<uint64_t>(to.gap_noise) << 22 | static_cast<uint64_t>(to.adc_data) << 23 |
+           static_cast<uint64_t>(to.enc_index) << 24;
 }
 
 }  // namespace

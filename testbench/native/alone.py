@@ -24,7 +24,7 @@ _FUNCTIONS = {
 INPUTS = {"enc_a": (0, 3), "enc_b": (3, 3), "gap_high": (6, 1), "gap_arc": (7, 1),
           "gap_short": (8, 1), "gap_current": (9, 1), "fin": (10, 1), "estop": (11, 1),
           "fluid_low": (12, 1), "drive_fault": (13, 3), "limit_low": (16, 3),
-          "limit_high": (19, 3), "gap_noise": (22, 1), "adc_data": (23, 1)}
+          "limit_high": (19, 3), "gap_noise": (22, 1), "adc_data": (23, 1), "enc_index": (24, 3)}
 
 
 class Alone(Session):

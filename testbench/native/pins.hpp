@@ -46,6 +46,7 @@ void apply(Controller& controller, const plant::ToController& to, uint8_t rx) {
     controller.set_rx(rx);
     controller.set_enc_a(to.enc_a);
     controller.set_enc_b(to.enc_b);
+    controller.set_enc_index(to.enc_index);
     controller.set_gap_high(to.gap_high);
     controller.set_gap_arc(to.gap_arc);
     controller.set_gap_short(to.gap_short);

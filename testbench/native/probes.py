@@ -107,6 +107,7 @@ PROBES = (
     Probe("safety_pet_strobe", 1), Probe("safety_pet", 8),  # a watchdog call, and its key
     Probe("retraction_first", 32, signed=True),
     Probe("event_head_valid", 1),
+    Probe("index_found", 3, scope=f"{CONTROLLER}.index", signal="found"),
     Probe("pp", 1, scope=MOTION),                     # path pulse after the ramp
     Probe("completed", 1, scope=f"{CONTROLLER}.gap"),  # the sample that completed a short
     Probe("go", 1, scope=MOTION),                     # path pulses may come
@@ -127,6 +128,7 @@ PROBES = (
     *(Probe(f"axis_{setting}_parity", 1, natively=True, scope=f"{SOC}.registers",
             signal=f"axis_{setting}_parity")
       for setting in ("x_mode_step", "y_mode_swap", "z_gear_steps", "x_backlash_size")),
+    Probe("pitch_x_parity", 1, natively=True, scope=f"{SOC}.registers", signal="pitch_x_parity"),
     Probe("latch_double", 18, natively=True, scope=f"{CONTROLLER}.interlock", signal="double"),
     Probe("guard_command", 32, natively=True, signal="command_then",
           scope=f"{AXES}.axis_z.error_counter"),

@@ -94,6 +94,7 @@ def _axis(index: int, letter: str) -> Iterator[Signal]:
             ("step", "step pulse, for a drive that takes steps"),
             ("dir", "its direction, high for down"),
             ("enc_a", "coder, phase A"), ("enc_b", "coder, phase B"),
+            ("enc_index", "its index"),
             ("drive_enable", "the drive may move"), ("drive_fault", "the drive reports a fault"),
             ("limit_low", "lower limit switch"), ("limit_high", "upper limit switch")):
         yield Signal(scope, name, name, meaning, bit=index, pin=True)

@@ -61,8 +61,9 @@ def declare(library: ctypes.CDLL, functions: dict) -> None:
 def parameters(machine: dict) -> Iterator[tuple[str, float]]:
     """Numbers of a machine file, named ``key`` or ``table.key``, without the ``[settings]``.
 
-    Settings belong to the controller. ``stock.steps``, pairs of a place and a width, becomes their
-    number and ``stock.at_mm_0``, ``stock.width_um_0`` and so on.
+    Settings belong to the controller, and so does ``pitch_error_um`` of an axis. ``stock.steps``,
+    pairs of a place and a width, becomes their number and ``stock.at_mm_0``, ``stock.width_um_0``
+    and so on.
 
     Raises
     ------
@@ -74,6 +75,8 @@ def parameters(machine: dict) -> Iterator[tuple[str, float]]:
             continue
         for name, one in ([(f"{key}.{inner}", one) for inner, one in value.items()]
                           if isinstance(value, dict) else [(key, value)]):
+            if name.endswith(".pitch_error_um"):
+                continue
             if name == "stock.steps":
                 yield name, float(len(one))
                 for index, (at_mm, width_um) in enumerate(one):

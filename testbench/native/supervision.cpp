@@ -7,7 +7,7 @@
 
 extern "C" {
 
-// `inputs` has a row of twelve numbers a clock, in the order taken here. `outputs` gets what has
+// `inputs` has a row of thirteen numbers a clock, in the order taken here. `outputs` gets what has
 // been found, before the edge of the clock.
 void supervision_run(uint64_t clocks, const int32_t* inputs, uint8_t* outputs) {
     VerilatedContext context;
@@ -18,7 +18,7 @@ void supervision_run(uint64_t clocks, const int32_t* inputs, uint8_t* outputs) {
     top.clk = 1;
     top.eval();
     top.rst = 0;
-    for (uint64_t n = 0; n < clocks; ++n, inputs += 12) {
+    for (uint64_t n = 0; n < clocks; ++n, inputs += 13) {
         top.tick = inputs[0];
         top.gain = inputs[1];
         top.size = inputs[2];
@@ -29,8 +29,9 @@ void supervision_run(uint64_t clocks, const int32_t* inputs, uint8_t* outputs) {
         top.fp_reverse = inputs[7];
         top.a = inputs[8];
         top.b = inputs[9];
-        top.on = inputs[10];
-        top.clear = inputs[11];
+        top.coarse = inputs[10];
+        top.on = inputs[11];
+        top.clear = inputs[12];
         top.clk = 0;
         top.eval();
         outputs[n] = static_cast<uint8_t>(top.check);

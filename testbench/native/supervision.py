@@ -14,7 +14,7 @@ __all__ = ["INPUTS", "compiled"]
 
 # In the order that ``supervision.cpp`` takes them in.
 INPUTS = ("tick", "gain", "size", "negative", "standing", "resting", "fp", "fp_reverse", "a", "b",
-          "on", "clear")
+          "coarse", "on", "clear")
 
 
 @cache

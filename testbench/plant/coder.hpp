@@ -18,6 +18,7 @@ struct CoderForces {
     double open = 0;                     // the plug is off: the receivers pull up, A first
     double a_noise = 0;                  // phase A is lost, and its line picks up edges,
     double noise_hz = 10e3;              // with this mean rate
+    double index_cut = 0, index_high = 0;   // the line of the index is low, or high
 };
 
 class CoderLines {
@@ -40,6 +41,8 @@ public:
         b_low_ = mask(force.b_low);
         a_high_ = mask(force.a_high) | open_;
         b_high_ = mask(force.b_high);
+        index_cut_ = mask(force.index_cut);
+        index_high_ = mask(force.index_high);
         mean_clocks_ = clock_hz / force.noise_hz;
         sound_ = !(cut_ | jump_ | swap_ | noise_ | open_ | a_low_ | b_low_ | a_high_ | b_high_);
     }
@@ -50,6 +53,10 @@ public:
             damage(a, b);
         line_a = static_cast<uint8_t>((a & ~cut_) | (line_a & cut_));
         line_b = static_cast<uint8_t>((b & ~cut_) | (line_b & cut_));
+    }
+
+    uint8_t index(unsigned level) const {
+        return static_cast<uint8_t>((level & ~index_cut_) | index_high_);
     }
 
 private:
@@ -73,6 +80,7 @@ private:
     Random random_;
     unsigned cut_ = 0, jump_ = 0, swap_ = 0, noise_ = 0, open_ = 0;
     unsigned a_low_ = 0, a_high_ = 0, b_low_ = 0, b_high_ = 0;
+    unsigned index_cut_ = 0, index_high_ = 0;
     unsigned until_ = 0, picked_ = 0;
     double mean_clocks_ = 200, edge_ = 0;
     bool sound_ = true;

@@ -23,6 +23,7 @@ OUTPUT = HERE / "parameters.hpp"
 NOTICE = ("// Generated from host/machines/machine_file.py by "
           "`python -m testbench.plant.generate`; do not edit.")
 COLUMNS = 100
+CONTROLLERS = "settings", "pitch_error_um"  # what the plant does not need
 PAIRS = "stock.steps"  # a list of pairs: their number, and an array of each half
 
 
@@ -31,7 +32,7 @@ def _fields(machines: dict[str, type[Table]]) -> dict[str, FieldInfo]:
     found: dict[str, FieldInfo] = {}
     for model in machines.values():
         for name, field in entries(model):
-            if name != "settings":
+            if name.rpartition(".")[2] not in CONTROLLERS:
                 found.setdefault(name, field)
     return found
 

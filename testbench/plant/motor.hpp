@@ -13,8 +13,12 @@ namespace plant {
 
 // What an axis has of its own, from its table of the machine's file.
 struct OwnDrive {
-    double pulses_per_step = 1, backlash = 0;   // pulses
+    // Pulses. An edge of the coder, if there is one, is as long as a step.
+    double pulses_per_step = 1, backlash = 0;
+    int32_t turn = 0, index = 0;                // between two indices (0: none), and of one; pulses
     bool reversed = false;
+    double slope = 0;                           // of the screw's error, pulses a pulse
+    double wave = 0, per_pulse = 0;             // its amplitude, pulses; and phase, radians a pulse
 };
 
 // The speed loop closes the torque loop over an inertia:
@@ -24,6 +28,8 @@ struct OwnDrive {
 // it holds as much as it must.
 // Between motor and axis there is play: the axis stays where it is until the motor has turned
 // through it. A motor that goes up pushes it at once, one that goes down after the backlash.
+// The screw takes the axis too far up by its error, slope x + wave sin(x per_pulse) at the place x of
+// its nut. The coder is on the motor, and sees neither.
 // Torque and speed advance once per tick, the position in every clock, at the speed of the tick.
 class Motor {
 public:
@@ -31,6 +37,7 @@ public:
                    double clock_hz, unsigned clocks_per_tick) {
         p_ = p;
         own_ = own;
+        turn(0);
         pulses_per_mm_ = pulses_per_mm;
         clocks_ = clocks_per_tick;
         dt_ = clocks_per_tick / clock_hz;
@@ -86,28 +93,47 @@ public:
         position_ += advance_;
         axis_ = std::clamp(axis_, position_, position_ + own_.backlash);
         if (position_ >= static_cast<double>(count_ + 1))
-            ++count_;
+            turn(1);
         else if (position_ < static_cast<double>(count_) - 0.2)
-            --count_;
+            turn(-1);
+        if (own_.pulses_per_step == 1)
+            edges_ = count_;
+        else if (position_ >= (edges_ + 1) * own_.pulses_per_step)
+            ++edges_;
+        else if (position_ < edges_ * own_.pulses_per_step - 0.2)
+            --edges_;
     }
 
     bool resting() const { return resting_; }
-    int32_t count() const { return count_; }          // of the coder on the motor, pulses
+    int32_t count() const { return count_; }          // place of the motor, pulses
     int64_t steps() const { return steps_; }          // up less down
-    double position() const { return axis_; }         // of the axis, pulses
+    double position() const { return axis_ + error(); } // of the axis, pulses
     double speed() const { return speed_; }           // mm/s
     double command() const { return filtered_; }      // mm/s: U above
     void put(double speed_mm_s) { speed_ = speed_mm_s; }
 
     // Phases of the coder: A leads B on the way up.
-    bool phase_a() const { return (count_ & 3) == 1 || (count_ & 3) == 2; }
-    bool phase_b() const { return count_ & 2; }
+    bool phase_a() const { return (edges_ & 3) == 1 || (edges_ & 3) == 2; }
+    bool phase_b() const { return edges_ & 2; }
+    // Its index, as wide as one count, at the same counts whichever way it turns.
+    bool index() const { return index_; }
 
 private:
+    void turn(int32_t by) {
+        count_ += by;
+        index_ = own_.turn != 0 && (count_ - own_.index) % own_.turn == 0;
+    }
+
     // A speed after a tick of friction, which never turns it round.
     double slowed(double speed) const {
         const double most = friction_ * dt_;
         return speed - std::clamp(speed, -most, most);
+    }
+
+    double error() const {
+        if (own_.wave == 0)
+            return own_.slope * axis_;
+        return own_.slope * axis_ + own_.wave * std::sin(axis_ * own_.per_pulse);
     }
 
     AxisParameters p_;
@@ -120,8 +146,9 @@ private:
     bool stepping_ = false, resting_ = true;
     int64_t steps_ = 0;
     double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
-    double position_ = 0, axis_ = 0;    // of the motor and of the axis, pulses
-    int32_t count_ = 0;
+    double position_ = 0, axis_ = 0;    // of the motor and of the nut, pulses
+    int32_t count_ = 0, edges_ = 0;
+    bool index_ = false;
 };
 
 }  // namespace plant

@@ -47,18 +47,34 @@ struct AxisParameters {
 };
 
 struct XParameters {
-    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
-    // the motor; or `step`, steps and direction, without a coder.
+    // What drives the axis: `velocity`, a velocity command with a coder on the motor; or `step`,
+    // steps and direction, without a coder.
     double output = 0;
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
-    // times the reduction. At most 10 000 per mm.
+    // times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 per
+    // mm, and at least 500 of a coder.
     double steps_per_turn = 10000.0;
     // Travel of a turn of the screw. [mm]
     double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
+    // Travel between two indices of the coder, each as wide as a count; 0: it has none. [mm]
+    double index_mm = 1.0;
+    // Place of an index, from where the axis started. [mm]
+    double index_at_mm = 0.4;
     // Play between drive and axis. The controller makes up for it. [µm]
     double backlash_um = 0.0;
+    // Error of the simulated screw: how much too far up it takes the axis for each metre up from
+    // where the axis started. [µm/m]
+    double screw_um_m = 0.0;
+    // Periodic error of that screw, its amplitude: a sine of the place, 0 at the start. [µm]
+    double screw_wave_um = 0.0;
+    // Wavelength of the periodic error. [mm]
+    double screw_wave_mm = 5.0;
+    // Place of its first point, in the machine frame. [mm]
+    double pitch_from_mm = 0.0;
+    // Distance of its points. [mm]
+    double pitch_step_mm = 20.0;
     // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
     double highest_mm_min = 0.0;
     // Lower soft limit, in the machine frame. [mm]
@@ -68,18 +84,34 @@ struct XParameters {
 };
 
 struct YParameters {
-    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
-    // the motor; or `step`, steps and direction, without a coder.
+    // What drives the axis: `velocity`, a velocity command with a coder on the motor; or `step`,
+    // steps and direction, without a coder.
     double output = 0;
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
-    // times the reduction. At most 10 000 per mm.
+    // times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 per
+    // mm, and at least 500 of a coder.
     double steps_per_turn = 10000.0;
     // Travel of a turn of the screw. [mm]
     double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
+    // Travel between two indices of the coder, each as wide as a count; 0: it has none. [mm]
+    double index_mm = 1.0;
+    // Place of an index, from where the axis started. [mm]
+    double index_at_mm = 0.4;
     // Play between drive and axis. The controller makes up for it. [µm]
     double backlash_um = 0.0;
+    // Error of the simulated screw: how much too far up it takes the axis for each metre up from
+    // where the axis started. [µm/m]
+    double screw_um_m = 0.0;
+    // Periodic error of that screw, its amplitude: a sine of the place, 0 at the start. [µm]
+    double screw_wave_um = 0.0;
+    // Wavelength of the periodic error. [mm]
+    double screw_wave_mm = 5.0;
+    // Place of its first point, in the machine frame. [mm]
+    double pitch_from_mm = 0.0;
+    // Distance of its points. [mm]
+    double pitch_step_mm = 20.0;
     // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
     double highest_mm_min = 0.0;
     // Lower soft limit, in the machine frame. [mm]
@@ -89,18 +121,34 @@ struct YParameters {
 };
 
 struct ZParameters {
-    // What drives the axis: `velocity`, a velocity command with a coder of 10 000 edges per mm on
-    // the motor; or `step`, steps and direction, without a coder.
+    // What drives the axis: `velocity`, a velocity command with a coder on the motor; or `step`,
+    // steps and direction, without a coder.
     double output = 0;
     // Steps of a turn of the screw: full steps of the motor, times microsteps of its amplifier,
-    // times the reduction. At most 10 000 per mm.
+    // times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 per
+    // mm, and at least 500 of a coder.
     double steps_per_turn = 10000.0;
     // Travel of a turn of the screw. [mm]
     double pitch_mm = 1.0;
     // 1: the drive turns the other way, so its direction is inverted.
     double reversed = 0.0;
+    // Travel between two indices of the coder, each as wide as a count; 0: it has none. [mm]
+    double index_mm = 1.0;
+    // Place of an index, from where the axis started. [mm]
+    double index_at_mm = 0.4;
     // Play between drive and axis. The controller makes up for it. [µm]
     double backlash_um = 0.0;
+    // Error of the simulated screw: how much too far up it takes the axis for each metre up from
+    // where the axis started. [µm/m]
+    double screw_um_m = 0.0;
+    // Periodic error of that screw, its amplitude: a sine of the place, 0 at the start. [µm]
+    double screw_wave_um = 0.0;
+    // Wavelength of the periodic error. [mm]
+    double screw_wave_mm = 5.0;
+    // Place of its first point, in the machine frame. [mm]
+    double pitch_from_mm = 0.0;
+    // Distance of its points. [mm]
+    double pitch_step_mm = 20.0;
     // Highest speed that the controller lets the axis have; 0: no own bound. [mm/min]
     double highest_mm_min = 0.0;
     // Lower soft limit, in the machine frame. [mm]
@@ -468,7 +516,14 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"x.steps_per_turn", &p.x.steps_per_turn},
         {"x.pitch_mm", &p.x.pitch_mm},
         {"x.reversed", &p.x.reversed},
+        {"x.index_mm", &p.x.index_mm},
+        {"x.index_at_mm", &p.x.index_at_mm},
         {"x.backlash_um", &p.x.backlash_um},
+        {"x.screw_um_m", &p.x.screw_um_m},
+        {"x.screw_wave_um", &p.x.screw_wave_um},
+        {"x.screw_wave_mm", &p.x.screw_wave_mm},
+        {"x.pitch_from_mm", &p.x.pitch_from_mm},
+        {"x.pitch_step_mm", &p.x.pitch_step_mm},
         {"x.highest_mm_min", &p.x.highest_mm_min},
         {"x.low_mm", &p.x.low_mm},
         {"x.high_mm", &p.x.high_mm},
@@ -476,7 +531,14 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"y.steps_per_turn", &p.y.steps_per_turn},
         {"y.pitch_mm", &p.y.pitch_mm},
         {"y.reversed", &p.y.reversed},
+        {"y.index_mm", &p.y.index_mm},
+        {"y.index_at_mm", &p.y.index_at_mm},
         {"y.backlash_um", &p.y.backlash_um},
+        {"y.screw_um_m", &p.y.screw_um_m},
+        {"y.screw_wave_um", &p.y.screw_wave_um},
+        {"y.screw_wave_mm", &p.y.screw_wave_mm},
+        {"y.pitch_from_mm", &p.y.pitch_from_mm},
+        {"y.pitch_step_mm", &p.y.pitch_step_mm},
         {"y.highest_mm_min", &p.y.highest_mm_min},
         {"y.low_mm", &p.y.low_mm},
         {"y.high_mm", &p.y.high_mm},
@@ -484,7 +546,14 @@ inline std::map<std::string, double*> by_name(MachineParameters& p) {
         {"z.steps_per_turn", &p.z.steps_per_turn},
         {"z.pitch_mm", &p.z.pitch_mm},
         {"z.reversed", &p.z.reversed},
+        {"z.index_mm", &p.z.index_mm},
+        {"z.index_at_mm", &p.z.index_at_mm},
         {"z.backlash_um", &p.z.backlash_um},
+        {"z.screw_um_m", &p.z.screw_um_m},
+        {"z.screw_wave_um", &p.z.screw_wave_um},
+        {"z.screw_wave_mm", &p.z.screw_wave_mm},
+        {"z.pitch_from_mm", &p.z.pitch_from_mm},
+        {"z.pitch_step_mm", &p.z.pitch_step_mm},
         {"z.highest_mm_min", &p.z.highest_mm_min},
         {"z.low_mm", &p.z.low_mm},
         {"z.high_mm", &p.z.high_mm},

@@ -8,11 +8,20 @@ namespace plant {
 
 namespace {
 
+constexpr double PI = 3.14159265358979323846;
+
 // The tables of the three axes are alike.
 template <typename Table>
 OwnDrive own_drive(const Table& table, double pulses_per_mm) {
+    auto pulses = [&](double mm) { return static_cast<int32_t>(std::lround(mm * pulses_per_mm)); };
     return {pulses_per_mm * table.pitch_mm / table.steps_per_turn,
-            table.backlash_um / 1000 * pulses_per_mm, table.reversed != 0};
+            table.backlash_um / 1000 * pulses_per_mm,
+            pulses(table.index_mm),
+            pulses(table.index_at_mm),
+            table.reversed != 0,
+            table.screw_um_m * 1e-6,
+            table.screw_wave_um / 1000 * pulses_per_mm,
+            2 * PI / (table.screw_wave_mm * pulses_per_mm)};
 }
 
 }  // namespace
@@ -46,6 +55,8 @@ Plant::Plant(uint64_t seed)
     p["force.encoder_swap"] = &lines_.force.swap;
     p["force.encoder_open"] = &lines_.force.open;
     p["force.encoder_a_noise"] = &lines_.force.a_noise;
+    p["force.index_cut"] = &lines_.force.index_cut;
+    p["force.index_high"] = &lines_.force.index_high;
     p["force.encoder_noise_hz"] = &lines_.force.noise_hz;
     p["force.flash_absent"] = &force_flash_absent_;
     p["force.gate_stuck"] = &force_gate_stuck_;

@@ -32,7 +32,7 @@ struct FromController {
 };
 
 struct ToController {
-    uint8_t enc_a = 0, enc_b = 0;
+    uint8_t enc_a = 0, enc_b = 0, enc_index = 0;
     uint8_t gap_high = 0, gap_arc = 1, gap_short = 1, gap_current = 0, gap_noise = 0;
     uint8_t adc_data = 0, flash_data = 1;
     uint8_t estop = 0, drive_fault = 0, limit_low = 0, limit_high = 0, fluid_low = 0, fin = 0;
@@ -151,12 +151,14 @@ private:
     }
 
     void coders(ToController& to) {
-        unsigned a = 0, b = 0;
+        unsigned a = 0, b = 0, index = 0;
         for (int axis = 0; axis < AXES; ++axis) {
             a |= static_cast<unsigned>(axes_[axis].phase_a()) << axis;
             b |= static_cast<unsigned>(axes_[axis].phase_b()) << axis;
+            index |= static_cast<unsigned>(axes_[axis].index()) << axis;
         }
         lines_.clock(a, b, to.enc_a, to.enc_b);
+        to.enc_index = lines_.index(index);
     }
 
     // Each of the three bits has its own counter.

@@ -10,6 +10,7 @@
 #include "app/program.h"
 #include "app/walk.h"
 #include "base/alarm.h"
+#include "base/pitch.h"
 #include "base/settings.h"
 #include "base/watch.h"
 #include "gap/gap.h"
@@ -81,7 +82,7 @@ bool control_take_position(fault *f) {
         return fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
     if (program_running() || !path_at_front() || jog_active())
         return fault_at(f, FAULT_BUSY, 0, "the machine moves, or a program runs");
-    if (!settings_gears(f))
+    if (!settings_gears(f) || !pitch_sound(f))
         return false;
     machine_know_position(false);
     return true;

@@ -21,7 +21,8 @@
    keeps interrupts from using up the watchdog's time. */
 #define BUSY 8
 #define NOTICES 64          /* a power of two, more than PATH_LEAD */
-#define NOTICE_TEXT 72      /* characters of a block's text that its event shows */
+#define NOTICE_TEXT 72      /* most characters of a block's text that its event shows, and its end */
+#define TEXTS 2048          /* bytes for the texts of all notices; a power of two */
 #define OVERSHOOT_US 20000  /* every servo is at rest after this time */
 /* A speed is reported only if it lasted this many pulses. Pulses are at least 4 clocks apart and
    counted in whole clocks, so the speed is then exact within 2 %. */
@@ -37,7 +38,7 @@ typedef struct {
 
 typedef struct {
     uint32_t number, line, digest;
-    char text[NOTICE_TEXT];
+    uint32_t text;          /* where its text begins in `texts`, free-running */
 } notice;
 
 static record ring[RING];
@@ -47,6 +48,8 @@ static volatile bool busy;      /* the interrupt is off */
 static uint32_t worst;          /* see events_worst */
 static notice notices[NOTICES];
 static uint32_t notice_head, notice_tail;
+static char texts[TEXTS];       /* texts follow each other; each is in one piece */
+static uint32_t text_head;      /* where the next one may begin */
 static uint32_t speed_high, speed_low, speed_jump_high;
 static bool jumping;            /* the retraction under way is a jump */
 static int32_t start_point;     /* where the retraction under way began */
@@ -97,18 +100,29 @@ void events_interrupt(void) {
     }
 }
 
-bool events_notice_room(void) { return notice_head - notice_tail < NOTICES; }
+/* The longest text may have to leave the end of `texts` empty. */
+bool events_notice_room(void) {
+    return notice_head == notice_tail ||
+           (notice_head - notice_tail < NOTICES &&
+            text_head - notices[notice_tail % NOTICES].text <= TEXTS - 2 * NOTICE_TEXT);
+}
 
 void events_notice(uint32_t number, uint32_t line_number, const char *text, uint32_t length) {
     notice *n = &notices[notice_head++ % NOTICES];
     n->number = number;
     n->line = line_number;
     n->digest = resume_digest(line_number);
+    uint32_t left = TEXTS - text_head % TEXTS;
+    if (left < NOTICE_TEXT)
+        text_head += left;
+    n->text = text_head;
+    char *to = &texts[text_head % TEXTS];
     unsigned at = 0;
     for (uint32_t i = 0; i < length && at < NOTICE_TEXT - 1; i++)
         if (text[i] != READER_DELETED)
-            n->text[at++] = text[i];
-    n->text[at] = '\0';
+            to[at++] = text[i];
+    to[at++] = '\0';
+    text_head += at;
 }
 
 static void tell_notice(uint64_t cycle, const int32_t *position) {
@@ -116,7 +130,7 @@ static void tell_notice(uint64_t cycle, const int32_t *position) {
     alarm_set_line(n->line);
     if (!(n->line & ALARM_BY_HAND)) {
         resume_at(n->line, n->digest);
-        output_block(cycle, n->line, position, n->text);
+        output_block(cycle, n->line, position, &texts[n->text % TEXTS]);
     }
 }
 
@@ -243,6 +257,7 @@ static void tell(const record *r) {
         if (!homing_takes(r->event.detail, r->event.first, r->event.encoder))
             machine_tripped(r->event.detail, r->event.first, r->cycle, r->event.encoder);
         break;
+    case EVENT_INDEX: homing_indexed(r->event.first, r->event.encoder); break;
     default: break;
     }
 }

@@ -38,6 +38,21 @@ void homing_stop(void) {
     homing_end(&f);
 }
 
+__attribute__((noinline, section(".rare"))) void homing_indexed(uint32_t axes, const int32_t *place) {
+    if (!(axes >> homing_now.axis & 1))
+        return;
+    if (homing_now.phase == HOMING_LEAVE) {
+        homing_now.before = place[homing_now.axis];
+        homing_now.passed = true;
+        hal_index_arm(1u << homing_now.axis);
+    } else if (homing_now.phase == HOMING_INDEX) {
+        homing_now.index = place[homing_now.axis];
+        homing_now.phase = HOMING_FOUND;
+        homing_now.since = hal_cycle_low();
+        machine_run(false);
+    }
+}
+
 bool homing_takes(unsigned cause, unsigned axes, const int32_t *place) {
     if (homing_now.phase != HOMING_SEEK ||
         cause != (homing_now.down ? CAUSE_LIMIT_LOW : CAUSE_LIMIT_HIGH) ||

@@ -4,24 +4,27 @@
 #include "app/control.h"
 #include "app/events.h"
 #include "app/homing.h"
+#include "app/homing_axis.h"
+#include "app/homing_index.h"
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
 #include "app/resume.h"
 #include "app/status.h"
 #include "base/alarm.h"
+#include "base/pitch.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "hal/hal.h"
 #include "path/path.h"
 
-#define REST_US 50000       /* axes are at rest when they have stood for this time */
+#include "base/rare.h" /* last */
+
 #define LEAVE_UM_MIN 60000  /* highest speed that the gateware allows on a switch */
 #define AGAIN 2             /* longest slow approach, in pull-offs */
 
 static uint32_t order;          /* axes still to be homed, as digits; the next one is lowest */
 static bool slow;               /* this is the slow approach */
-static int32_t stood[HAL_AXES]; /* places of the axes when stands() looked last */
 
 static void fail(fault_code code, const char *why) {
     fault f = {.line = alarm_line()};
@@ -34,39 +37,26 @@ static bool pressed(void) {
     return (homing_now.down ? limits.low : limits.high) >> homing_now.axis & 1;
 }
 
-/* Move the axis by `way`. Its position is not known, so its soft limits are out of force. */
-static void go(int32_t way, uint32_t speed) {
-    uint32_t highest = settings_highest_speed();
-    path_move move = {0};
-    move.delta[homing_now.axis] = way;
-    hal_axis_limits(homing_now.axis, -UNITS_POSITION_LIMIT, UNITS_POSITION_LIMIT);
-    path_append(&move, units_rate(speed < highest ? speed : highest), false, false);
-    machine_run(true);
-}
-
-static int32_t pull_off(void) {
-    int32_t way = units_pulses_of_um(settings_get(SET_HOME_PULL_OFF_UM));
-    return homing_now.down ? way : -way;
-}
-
 static void leave(void) {
     uint32_t speed = settings_get(SET_HOME_SLOW_MM_MIN) * 1000;
     homing_now.phase = HOMING_LEAVE;
-    go(homing_now.switched + pull_off() - hal_axis_command(homing_now.axis),
-       speed < LEAVE_UM_MIN ? speed : LEAVE_UM_MIN);
+    if (slow && homing_index_wanted())
+        homing_index_leave();
+    homing_axis_go(homing_now.switched + homing_axis_pull_off() - hal_axis_command(homing_now.axis),
+                   speed < LEAVE_UM_MIN ? speed : LEAVE_UM_MIN);
 }
 
 static void seek(void) {
     homing_now.phase = HOMING_SEEK;
     if (slow) {
-        go(-AGAIN * pull_off(), settings_get(SET_HOME_SLOW_MM_MIN) * 1000);
+        homing_axis_go(-AGAIN * homing_axis_pull_off(), settings_get(SET_HOME_SLOW_MM_MIN) * 1000);
         return;
     }
     /* As grbl: at most 1.5 times the travel. */
     uint32_t um = settings_travel_um(homing_now.axis) / 2 * 3;
     uint32_t most = UNITS_POSITION_LIMIT / (uint32_t)units_pulses_of_um(1);
     int32_t way = units_pulses_of_um(um < most ? um : most);
-    go(homing_now.down ? -way : way, settings_get(SET_HOME_FAST_MM_MIN) * 1000);
+    homing_axis_go(homing_now.down ? -way : way, settings_get(SET_HOME_FAST_MM_MIN) * 1000);
 }
 
 static void next(void) {
@@ -114,6 +104,8 @@ bool homing_cycle_begin(fault *f) {
     if (settings_get(SET_STEP_AXES))
         return fault_at(f, FAULT_HOMING, 0, "homing needs coders: an axis by steps ($%u) has none",
                         settings_number(SET_STEP_AXES));
+    if (!settings_gears(f) || !pitch_sound(f))
+        return false;
     if (machine_locked() ? !control_unlock(f)
                          : !status_idle() &&
                                fault_at(f, FAULT_BUSY, 0, "$H needs the state Idle or Alarm"))
@@ -130,24 +122,14 @@ bool homing_cycle_begin(fault *f) {
     return true;
 }
 
-/* Have all axes stood for REST_US? Their error counters cannot tell it: with the drives off an axis
-   never reaches its command. */
-static bool stands(void) {
-    uint32_t now = hal_cycle_low();
-    for (unsigned k = 0; k < HAL_AXES; k++)
-        if (hal_axis_position(k) != stood[k]) {
-            stood[k] = hal_axis_position(k);
-            homing_now.since = now;
-        }
-    return now - homing_now.since > units_clocks_of_us(REST_US);
-}
-
 static void stopped(void) {
     fault f = {.line = alarm_line()};
-    if (!stands())
+    if (!homing_axis_stands())
         return;
     if (homing_now.axis == HAL_AXES) {
         machine_run(false);
+        if (settings_screws())
+            settings_renew_screws(); /* so that what is made up for does not add up */
         control_begin_path();
         next();
     } else if (machine_clear(&f)) {
@@ -158,8 +140,18 @@ static void stopped(void) {
     }
 }
 
-/* The way off the switch has ended. After the slow approach the axis stands at the end of its
-   travel, and its position is known. */
+/* The axis stands at the end of its travel, which is this place: its position is known. */
+static void homed(int32_t place) {
+    const travel_range *travel = settings_travel();
+    int32_t end = (homing_now.down ? travel->low : travel->high)[homing_now.axis];
+    hal_axis_shift(homing_now.axis, end - place);
+    settings_renew();
+    control_begin_path();
+    next();
+}
+
+/* The way off the switch has ended. After the slow approach the reference is known, or the index is
+   still to be found. */
 static void left(void) {
     machine_run(false);
     if (pressed()) {
@@ -171,25 +163,32 @@ static void left(void) {
         seek();
         return;
     }
-    const travel_range *travel = settings_travel();
-    int32_t end = (homing_now.down ? travel->low : travel->high)[homing_now.axis];
-    hal_axis_shift(homing_now.axis, end - pull_off() - homing_now.switched);
-    settings_renew();
-    control_begin_path();
-    next();
+    if (homing_index_wanted())
+        homing_index_search();
+    else
+        homed(homing_now.switched + homing_axis_pull_off());
 }
 
-void homing_cycle_step(void) {
+__attribute__((noinline)) void homing_cycle_step(void) {
     if (homing_now.phase == HOMING_NONE)
         return;
     if (homing_now.phase == HOMING_STOP) {
         stopped();
         return;
     }
+    if (homing_now.phase == HOMING_FOUND) {
+        homing_index_found();
+        return;
+    }
     if (!path_at_front() || !events_idle() || !meter_rests())
         return;
-    if (homing_now.phase == HOMING_LEAVE)
-        left();
-    else
-        fail(FAULT_HOME_NOT_FOUND, FAULT_TEXT_HOME_NOT_FOUND);
+    switch (homing_now.phase) {
+    case HOMING_LEAVE: left(); break;
+    case HOMING_BACK:
+        machine_run(false);
+        homed(homing_now.index);
+        break;
+    case HOMING_INDEX: fail(FAULT_HOME_NOT_FOUND, "the index of the coder did not come"); break;
+    default: fail(FAULT_HOME_NOT_FOUND, FAULT_TEXT_HOME_NOT_FOUND); break;
+    }
 }

@@ -27,6 +27,7 @@ _Static_assert(CLASSES_KIND + 1 == JOURNAL_KINDS, "the journal knows the number 
 /* A setting in the journal: its number and its value, if this is not the initial one. */
 #define SETTING_WORDS 2u
 #define SETTINGS_A_PAGE (JOURNAL_PART / SETTING_WORDS)
+#define SETTINGS_A_STEP 64u /* looked at between two calls of the watchdog */
 /* Conditions are kept as they are in memory. A new layout needs a new mark. */
 #define ROW_WORDS 11u
 #define ROWS_A_PAGE (JOURNAL_PART / ROW_WORDS)
@@ -48,10 +49,7 @@ static uint32_t editions[JOURNAL_KINDS];    /* as last noted */
 static unsigned pages_of(unsigned kind) {
     unsigned count = 0;
     switch (kind) {
-    case SETTINGS_KIND:
-        for (unsigned which = 0; which < SETTINGS; which++)
-            count += settings_differs((setting)which);
-        return PAGES_OF(count, SETTINGS_A_PAGE);
+    case SETTINGS_KIND: return PAGES_OF(settings_differing(), SETTINGS_A_PAGE);
     case CONDITIONS_KIND:
         for (unsigned at = 0; at < CONDITIONS_ENTERED; at++)
             count += conditions_by_hand(at) != 0;
@@ -62,11 +60,14 @@ static unsigned pages_of(unsigned kind) {
 
 static unsigned fill_settings(unsigned page, uint32_t *part) {
     unsigned seen = 0, at = 0;
-    for (unsigned which = 0; which < SETTINGS; which++)
-        if (settings_differs((setting)which) && seen++ / SETTINGS_A_PAGE == page) {
-            part[at++] = settings_number((setting)which);
-            part[at++] = settings_get((setting)which);
+    for (setting which = 0; which < SETTINGS; which++) {
+        if (which % SETTINGS_A_STEP == 0)
+            watch_between();
+        if (settings_differs(which) && seen++ / SETTINGS_A_PAGE == page) {
+            part[at++] = settings_number(which);
+            part[at++] = settings_get(which);
         }
+    }
     return at;
 }
 

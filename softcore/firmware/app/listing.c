@@ -9,6 +9,7 @@
 #include "app/wiring.h"
 #include "base/grbl.h"
 #include "base/settings.h"
+#include "base/text.h"
 #include "hal/hal.h"
 #include "link/output.h"
 
@@ -47,7 +48,7 @@ static void tell_value(unsigned row) {
 }
 
 /* A value that cannot be set is sent as both ends of its range. */
-static void tell_words(unsigned row) {
+__attribute__((noinline)) static void tell_words(unsigned row) {
     char value[GRBL_VALUE];
     if (row < GRBL_ROWS) {
         const grbl_table_row *one = &GRBL_TABLE_ROWS[row];
@@ -55,9 +56,15 @@ static void tell_words(unsigned row) {
         output_line("[SETTING:%u|%u|%s|%s|%s|%s|%s]", (uint32_t)one->number, GROUP_OF_GRBL, one->title,
                     one->unit, one->source < GRBL_RESOLUTION ? WHOLE : DECIMAL, value, value);
     } else {
-        const settings_table_row *one = &SETTINGS_TABLE_ROWS[row - GRBL_ROWS];
-        output_line("[SETTING:%u|%u|%s|%s|" WHOLE "|%u|%u]", (uint32_t)one->number, one->group + 1u,
-                    one->title, one->unit, one->lowest, one->highest);
+        setting which = (setting)(row - GRBL_ROWS);
+        const settings_table_row *one = settings_row(which);
+        char point[32] = "";
+        if (which - SETTINGS_ALIKE < SETTINGS_SO_MANY)
+            text_print(point, sizeof point, ", %c%u",
+                       "XYZ"[(which - SETTINGS_ALIKE) / (SETTINGS_SO_MANY / HAL_AXES)],
+                       (which - SETTINGS_ALIKE) % (SETTINGS_SO_MANY / HAL_AXES) + 1);
+        output_line("[SETTING:%u|%u|%s%s|%s|" WHOLE "|%u|%u]", settings_number(which), one->group + 1u,
+                    one->title, point, SETTINGS_TABLE_UNITS[one->unit], one->lowest, one->highest);
     }
 }
 

@@ -4,6 +4,7 @@
 #include "app/image_watch.h"
 #include "base/alarm.h"
 #include "base/cause.h"
+#include "base/pitch.h"
 #include "base/settings.h"
 #include "base/watch.h"
 #include "hal/hal.h"
@@ -42,7 +43,11 @@ bool machine_goes(void) { return running && !held && !waits; }
 bool machine_position_lost(void) { return place != KNOWN && place != HOMED; }
 bool machine_homed(void) { return place == HOMED; }
 
-void machine_know_position(bool homed) { place = homed || machine_homed() ? HOMED : KNOWN; }
+void machine_know_position(bool homed) {
+    if (machine_position_lost())
+        pitch_refer();
+    place = homed || machine_homed() ? HOMED : KNOWN;
+}
 void machine_lose_position(void) { place = 0; }
 
 bool machine_allows(bool moves, bool burns, fault *f) {

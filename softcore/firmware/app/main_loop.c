@@ -13,6 +13,7 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/motion_watch.h"
+#include "app/pitch_watch.h"
 #include "app/profile.h"
 #include "app/program.h"
 #include "app/touch.h"
@@ -142,6 +143,8 @@ static bool watch_over(unsigned task) {
     jogging_step();
     walk_step();
     homing_cycle_step();
+    if (settings_screws())
+        pitch_watch_step();
     image_watch_step();
     gap_view view = {.machining = machine_burns(), .held = machine_held(),
                      .at_front = gap_serves() && path_at_front()};

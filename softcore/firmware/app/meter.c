@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/meter.h"
 
+#include "base/settings.h"
 #include "base/units.h"
 #include "hal/hal.h"
 
-/* The machine is at rest if it has been in position, and no axis has moved further than
-   REST_PULSES, for REST_US. An oscillating loop crosses its target faster, and a creeping one moves
+/* The machine is at rest if it has been in position, and no axis has moved further than an edge of
+   its coder, for REST_US. An oscillating loop crosses its target faster, and a creeping one moves
    on in this time. A machine at rest may creep one pulse further: otherwise its last pulse would
    count as new motion. */
 #define REST_US 20000
-#define REST_PULSES 1
 #define LOOK_US 2000    /* between two looks: more of them would slow down short blocks */
 #define SPAN_US 250000  /* the feed is a mean over 1 to 2 spans: 0.1 um in one is 0.024 mm/min */
 
@@ -41,9 +41,9 @@ void meter_init(void) {
 /* Has an axis left the position in `stood`? */
 static bool leaves(void) {
     bool left = false;
-    uint32_t reach = REST_PULSES + rests;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         int32_t at = hal_axis_position(axis);
+        uint32_t reach = settings_edge(axis) + rests;
         uint32_t way = (uint32_t)at - (uint32_t)stood[axis] + reach;
         if (way > 2 * reach) {
             stood[axis] = at;

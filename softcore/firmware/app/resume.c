@@ -82,15 +82,18 @@ void resume_forget(void) {
         bookmark_move(0, 0);
 }
 
-/* Of what a tape uses but does not enter, and the journal keeps: settings of drives and frame,
+/* Of what a tape uses but does not enter, and the journal keeps: settings of drives, screws and frame,
    conditions and classes of the fluid. */
 static uint32_t entered_before(void) {
     uint32_t total = 0;
-    watch_between();
-    for (unsigned at = 0; at < SETTINGS; at++)
-        if (SETTINGS_TABLE_ROWS[at].group == GROUP_TRAVEL ||
-            SETTINGS_TABLE_ROWS[at].group == GROUP_DRIVES)
-            total = mix(total, settings_get((setting)at));
+    for (setting at = 0; at < SETTINGS; at++) {
+        if (at % 64 == 0)
+            watch_between();
+        setting_group group = settings_row(at)->group;
+        if (group == GROUP_TRAVEL || group == GROUP_DRIVES ||
+            (group == GROUP_PITCH && settings_differs(at)))
+            total = mix(total + at, settings_get(at));
+    }
     watch_between();
     total = mix_all(total, in_force_kept_class(0), GAP_CLASSES * sizeof(gap_class) / sizeof total);
     watch_between();

@@ -9,9 +9,11 @@
 #include "hal/regs.h"
 
 #define LAG_TIMES 5 /* time constants until the axes have caught up */
+#define COARSEST_CODER 20 /* pulses for an edge, at most */
 
 static uint32_t values[SETTINGS];
 static uint32_t edition;
+static unsigned differing; /* settings that are not as built */
 /* Converted values. They are kept because converting them takes 64-bit divisions. */
 static uint32_t lag_clocks;
 static uint32_t start_rate, acceleration, highest_speed, highest_rate;
@@ -19,6 +21,8 @@ static uint32_t axis_rate[HAL_AXES]; /* highest, 0 for no own bound */
 static travel_range limits;
 static uint64_t arc_gain; /* as of a loop of first order, 2**-32 pulse/clock per pulse */
 static uint32_t deviation; /* 1/64 pulse */
+static int32_t pitch[HAL_AXES]; /* error of the screw made up for, pulses */
+static bool screws;
 static uint32_t tangent_step, corner_rate, corner_sine, corner_before, corner_behind;
 
 static uint32_t at_most(uint32_t value, uint32_t limit) { return value < limit ? value : limit; }
@@ -169,18 +173,26 @@ static void apply_travel(void) {
     }
 }
 
+uint32_t settings_edge(unsigned axis) {
+    uint32_t steps = values[SET_GEAR_STEPS_X + axis];
+    return values[SET_STEP_AXES] >> axis & 1 ? 1
+                                             : (values[SET_GEAR_PULSES_X + axis] + steps - 1) / steps;
+}
+
+/* An axis between two edges of its coder goes to and fro over one of them. */
 static void write_errors(unsigned axis) {
+    uint32_t edge = settings_edge(axis), window = values[SET_WINDOW];
     hal_axis_errors(axis, values[SET_FOLLOW_STOPPED], values[SET_FOLLOW_MOVING],
-                    values[SET_WINDOW]);
+                    edge > 1 && window < edge ? edge : window);
 }
 
 static void write_mode(unsigned axis) {
-    const unsigned offset = SET_DRIVE_OFFSET_X + axis;
+    const setting offset = (setting)(SET_DRIVE_OFFSET_X + axis);
     hal_drive drive = {
         .step = values[SET_STEP_AXES] >> axis & 1,
         .reverse = values[SET_REVERSED_ENCODERS] >> axis & 1,
         .swap = values[SET_REVERSED_DRIVES] >> axis & 1,
-        .offset = (int32_t)(values[offset] - SETTINGS_TABLE_ROWS[offset].initial),
+        .offset = (int32_t)(values[offset] - settings_row(offset)->initial),
         .friction = values[SET_DRIVE_FRICTION_X + axis],
     };
     hal_axis_mode(axis, &drive);
@@ -190,24 +202,51 @@ static bool gear_fits(unsigned axis) {
     return values[SET_GEAR_STEPS_X + axis] <= values[SET_GEAR_PULSES_X + axis];
 }
 
-bool settings_gears(fault *f) {
-    for (unsigned axis = 0; axis < HAL_AXES; axis++)
+/* The supervision of a coder wants an edge of both phases within 64 pulses. */
+static bool coder_fits(unsigned axis) {
+    return values[SET_STEP_AXES] >> axis & 1 ||
+           values[SET_GEAR_PULSES_X + axis] <= COARSEST_CODER * values[SET_GEAR_STEPS_X + axis];
+}
+
+__attribute__((noinline, section(".rare"))) bool settings_gears(fault *f) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        unsigned steps = settings_number((setting)(SET_GEAR_STEPS_X + axis));
+        unsigned pulses = settings_number((setting)(SET_GEAR_PULSES_X + axis));
         if (!gear_fits(axis))
             return fault_at(f, FAULT_SETTING, 0, "the gear of %c has more steps ($%u) than pulses ($%u)",
-                            "XYZ"[axis], settings_number((setting)(SET_GEAR_STEPS_X + axis)),
-                            settings_number((setting)(SET_GEAR_PULSES_X + axis)));
+                            "XYZ"[axis], steps, pulses);
+        if (!coder_fits(axis))
+            return fault_at(f, FAULT_SETTING, 0,
+                            "the coder of %c has more than %u pulses ($%u) for an edge ($%u)", "XYZ"[axis],
+                            COARSEST_CODER, pulses, steps);
+    }
     return true;
+}
+
+bool settings_screws(void) { return screws; }
+int32_t settings_pitch(unsigned axis) { return pitch[axis]; }
+void settings_put_pitch(unsigned axis, int32_t pulses) {
+    pitch[axis] = pulses;
+    hal_axis_pitch(axis, pulses);
+}
+
+void settings_renew_screws(void) {
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        settings_put_pitch(axis, 0);
+        hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
+    }
 }
 
 /* Writing gear and backlash begins both anew. A gear that does not fit is not written; the position
    cannot be known again before it fits. */
 void settings_renew_drives(void) {
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        write_errors(axis);
         write_mode(axis);
         if (gear_fits(axis))
             hal_axis_gear(axis, values[SET_GEAR_STEPS_X + axis], values[SET_GEAR_PULSES_X + axis]);
-        hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
     }
+    settings_renew_screws();
 }
 
 /* Clocks of a time of the step pulses: an axis's own one, or that of all. */
@@ -240,15 +279,20 @@ void settings_renew(void) {
         hal_axis_limits(axis, limits.low[axis], limits.high[axis]);
         write_errors(axis);
         write_model(axis);
+        hal_axis_pitch(axis, pitch[axis]);
     }
     write_fluid();
 }
 
 void settings_init(void (*stored)(void), void (*between)(void)) {
     for (unsigned i = 0; i < SETTINGS; i++)
-        values[i] = SETTINGS_TABLE_ROWS[i].initial;
+        values[i] = settings_row((setting)i)->initial;
+    screws = false;
+    differing = 0;
     edition++;
+    between();
     stored();
+    between();
     apply_detector();
     between();
     apply_motion();
@@ -267,36 +311,49 @@ void settings_init(void (*stored)(void), void (*between)(void)) {
 
 uint32_t settings_get(setting which) { return values[which]; }
 
+static unsigned row_of(unsigned which) {
+    return which < SETTINGS_ALIKE                      ? which
+           : which < SETTINGS_ALIKE + SETTINGS_SO_MANY ? SETTINGS_ALIKE
+                                                       : which - (SETTINGS_SO_MANY - 1);
+}
+
+const settings_table_row *settings_row(setting which) { return &SETTINGS_TABLE_ROWS[row_of(which)]; }
+
 setting settings_find(uint32_t number) {
     if (number < SETTINGS_FIRST || number > SETTINGS_LAST)
         return SETTINGS;
-    unsigned which = number - SETTINGS_FIRST; /* its row, if no number is left out before it */
-    if (which < SETTINGS && SETTINGS_TABLE_ROWS[which].number == number)
-        return (setting)which;
-    for (which = 0; which < SETTINGS && SETTINGS_TABLE_ROWS[which].number != number;)
-        which++;
-    return (setting)which;
+    uint32_t alike = number - SETTINGS_TABLE_ROWS[SETTINGS_ALIKE].number;
+    if (alike < SETTINGS_SO_MANY)
+        return (setting)(SETTINGS_ALIKE + alike);
+    unsigned row = number - SETTINGS_FIRST; /* if no number is left out before it */
+    if (row >= SETTINGS_ROWS || SETTINGS_TABLE_ROWS[row].number != number)
+        for (row = 0; row < SETTINGS_ROWS && SETTINGS_TABLE_ROWS[row].number != number;)
+            row++;
+    return (setting)(row <= SETTINGS_ALIKE ? row : row + SETTINGS_SO_MANY - 1);
 }
 
-uint32_t settings_number(setting which) { return SETTINGS_TABLE_ROWS[which].number; }
+uint32_t settings_number(setting which) {
+    unsigned row = row_of(which);
+    return SETTINGS_TABLE_ROWS[row].number + (row == SETTINGS_ALIKE ? which - row : 0);
+}
 
 bool settings_guard(uint32_t number) {
     setting which = settings_find(number);
-    return which == SETTINGS || SETTINGS_TABLE_ROWS[which].guards;
+    return which == SETTINGS || settings_row(which)->guards;
 }
 
 bool settings_switch(uint32_t number) {
     setting which = settings_find(number);
-    return which != SETTINGS && SETTINGS_TABLE_ROWS[which].any_time;
+    return which != SETTINGS && settings_row(which)->any_time;
 }
 
 void settings_masked(char *text, size_t size) {
     size_t at = 0;
     *text = '\0';
-    for (unsigned which = 0; which < SETTINGS; which++) {
-        const char *guard = SETTINGS_TABLE_ROWS[which].guard;
-        if (guard && !values[which])
-            at += text_print(text + at, size - at, "%s%s", at ? "," : "", guard);
+    for (unsigned i = 0; i < SETTINGS_GUARDS; i++) {
+        const settings_table_guard *guard = &SETTINGS_TABLE_GUARDS[i];
+        if (!values[guard->which])
+            at += text_print(text + at, size - at, "%s%s", at ? "," : "", guard->name);
     }
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         if (values[SET_STEP_AXES] >> axis & 1)
@@ -313,26 +370,32 @@ bool settings_of_gap(uint32_t number) {
     setting which = settings_find(number);
     if (which >= SETTINGS)
         return false;
-    setting_group group = SETTINGS_TABLE_ROWS[which].group;
+    setting_group group = settings_row(which)->group;
     return group == GROUP_GAP || group == GROUP_DETECTOR;
 }
 
 bool settings_of_drive(uint32_t number) {
     setting which = settings_find(number);
-    return which < SETTINGS && (SETTINGS_TABLE_ROWS[which].group == GROUP_DRIVES ||
-                                which == SET_STEP_AXES);
+    if (which >= SETTINGS)
+        return false;
+    setting_group group = settings_row(which)->group;
+    return group == GROUP_DRIVES || group == GROUP_PITCH || which == SET_STEP_AXES;
 }
 
 uint32_t settings_edition(void) { return edition; }
 
-bool settings_differs(setting which) { return values[which] != SETTINGS_TABLE_ROWS[which].initial; }
+unsigned settings_differing(void) { return differing; }
+bool settings_differs(setting which) { return values[which] != settings_row(which)->initial; }
 
 bool settings_load(uint32_t number, uint32_t value) {
     setting which = settings_find(number);
-    if (which == SETTINGS || value < SETTINGS_TABLE_ROWS[which].lowest ||
-        value > SETTINGS_TABLE_ROWS[which].highest)
+    if (which == SETTINGS || value < settings_row(which)->lowest ||
+        value > settings_row(which)->highest)
         return false;
+    differing -= settings_differs(which);
     values[which] = value;
+    differing += settings_differs(which);
+    screws = screws || settings_row(which)->group == GROUP_PITCH;
     edition++;
     return true;
 }
@@ -342,8 +405,8 @@ bool settings_set(uint32_t number, uint32_t value) {
     uint32_t before = which < SETTINGS ? values[which] : 0;
     if (!settings_load(number, value))
         return false;
-    uint8_t group = SETTINGS_TABLE_ROWS[which].group;
-    if (before == value && group == GROUP_DRIVES)
+    uint8_t group = settings_row(which)->group;
+    if (before == value && (group == GROUP_DRIVES || group == GROUP_PITCH))
         return true;
     /* Apply only the group of this setting: conversions take 64-bit divisions. */
     switch (group) {
@@ -352,6 +415,7 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_TRAVEL: apply_travel(); break;
     case GROUP_AXES: apply_axes(); break;
     case GROUP_DRIVES: settings_renew_drives(); break;
+    case GROUP_PITCH: settings_renew_screws(); break;
     case GROUP_SIDE: apply_side(); break;
     case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */
@@ -418,10 +482,8 @@ uint32_t settings_axis_speed(unsigned axis) {
 }
 uint32_t settings_axis_resolution(unsigned axis) {
     uint32_t most = (uint32_t)units_pulses_of_um(1000) * 1000;
-    return values[SET_STEP_AXES] >> axis & 1
-               ? (uint32_t)units_quotient((uint64_t)most * values[SET_GEAR_STEPS_X + axis],
-                                          values[SET_GEAR_PULSES_X + axis])
-               : most;
+    return (uint32_t)units_quotient((uint64_t)most * values[SET_GEAR_STEPS_X + axis],
+                                    values[SET_GEAR_PULSES_X + axis]);
 }
 
 const travel_range *settings_travel(void) { return &limits; }

@@ -16,16 +16,31 @@ bool settings_load(uint32_t number, uint32_t value);    /* false as settings_set
 
 /* Does a setting differ from its initial value? And a number that every change changes. */
 bool settings_differs(setting which);
+unsigned settings_differing(void);  /* how many do */
 uint32_t settings_edition(void);
 
 /* Write the registers again that the gateware guards: a bit in one of them may have flipped. */
 void settings_renew(void);
-void settings_renew_drives(void); /* those of mode, gear and backlash: these then begin anew */
+void settings_renew_drives(void); /* those of mode, gear, backlash and pitch error: these then begin anew */
 uint32_t settings_get(setting which);
 
-/* The setting with a number, SETTINGS if there is none; and the number of a setting. */
+/* Pulses of an edge of the axis's coder, rounded up; 1 with steps. */
+uint32_t settings_edge(unsigned axis);
+
+/* Has a table of a screw been entered? And the error of an axis's screw that is made up for, in
+   pulses up; the axis walks to a new one. */
+bool settings_screws(void);
+int32_t settings_pitch(unsigned axis);
+void settings_put_pitch(unsigned axis, int32_t pulses);
+
+/* Backlash and pitch begin anew: each axis counts as having come up, and nothing is made up for. No
+   axis moves by it, so their places are lost. */
+void settings_renew_screws(void);
+
+/* The setting with a number, SETTINGS if there is none; the number of a setting, and its row. */
 setting settings_find(uint32_t number);
 uint32_t settings_number(setting which);
+const settings_table_row *settings_row(setting which);
 
 /* Does this setting guard the machine, so that it may not change while the machine moves or
    machines? Also true for a number without a setting. */
@@ -42,11 +57,12 @@ bool settings_set(uint32_t number, uint32_t value); /* false: unknown or out of 
 /* Is it a setting of servo, fluid, feed or short detector? Call gap_settings after such a change. */
 bool settings_of_gap(uint32_t number);
 
-/* Has every gear at most one step a pulse? False with a fault. The two numbers of a gear are set one
-   after the other, so each alone is accepted. */
+/* Has every gear at most one step a pulse, and a coder at most 20 pulses an edge? False with a fault.
+   The two numbers of a gear are set one after the other, so each alone is accepted. */
 bool settings_gears(fault *f);
 
-/* Is it a setting by whose change the drives and the counted positions part? */
+/* Is it a setting by whose change the drives and the counted positions part? The table of a pitch
+   error is one: its axis would move at once. */
 bool settings_of_drive(uint32_t number);
 
 /* Read a whole number at `at` and move `at` behind it; false if there is none. */

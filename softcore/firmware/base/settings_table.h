@@ -118,12 +118,71 @@ typedef enum {
     SET_MODEL_LAG_X_US,
     SET_MODEL_LAG_Y_US,
     SET_MODEL_LAG_Z_US,
+    SET_HOME_INDEX,
+    SET_HOME_INDEX_UM,
+    SET_PITCH_POINTS_X,
+    SET_PITCH_POINTS_Y,
+    SET_PITCH_POINTS_Z,
+    SET_PITCH_FIRST_X,
+    SET_PITCH_FIRST_Y,
+    SET_PITCH_FIRST_Z,
+    SET_PITCH_STEP_X,
+    SET_PITCH_STEP_Y,
+    SET_PITCH_STEP_Z,
+    SET_PITCH_X_1,
+    SET_PITCH_X_2,
+    SET_PITCH_X_3,
+    SET_PITCH_X_4,
+    SET_PITCH_X_5,
+    SET_PITCH_X_6,
+    SET_PITCH_X_7,
+    SET_PITCH_X_8,
+    SET_PITCH_X_9,
+    SET_PITCH_X_10,
+    SET_PITCH_X_11,
+    SET_PITCH_X_12,
+    SET_PITCH_X_13,
+    SET_PITCH_X_14,
+    SET_PITCH_X_15,
+    SET_PITCH_X_16,
+    SET_PITCH_Y_1,
+    SET_PITCH_Y_2,
+    SET_PITCH_Y_3,
+    SET_PITCH_Y_4,
+    SET_PITCH_Y_5,
+    SET_PITCH_Y_6,
+    SET_PITCH_Y_7,
+    SET_PITCH_Y_8,
+    SET_PITCH_Y_9,
+    SET_PITCH_Y_10,
+    SET_PITCH_Y_11,
+    SET_PITCH_Y_12,
+    SET_PITCH_Y_13,
+    SET_PITCH_Y_14,
+    SET_PITCH_Y_15,
+    SET_PITCH_Y_16,
+    SET_PITCH_Z_1,
+    SET_PITCH_Z_2,
+    SET_PITCH_Z_3,
+    SET_PITCH_Z_4,
+    SET_PITCH_Z_5,
+    SET_PITCH_Z_6,
+    SET_PITCH_Z_7,
+    SET_PITCH_Z_8,
+    SET_PITCH_Z_9,
+    SET_PITCH_Z_10,
+    SET_PITCH_Z_11,
+    SET_PITCH_Z_12,
+    SET_PITCH_Z_13,
+    SET_PITCH_Z_14,
+    SET_PITCH_Z_15,
+    SET_PITCH_Z_16,
     SETTINGS,
 } setting;
 
 /* Range of the numbers; some in it may be unused. */
 #define SETTINGS_FIRST 400u
-#define SETTINGS_LAST 559u
+#define SETTINGS_LAST 618u
 
 /* The firmware applies the whole group again when a setting of it changes. */
 typedef enum {
@@ -136,19 +195,32 @@ typedef enum {
     GROUP_SIDE,
     GROUP_GAP,
     GROUP_PROGRAM,
+    GROUP_PITCH,
     SETTINGS_GROUPS,
 } setting_group;
 
 typedef struct {
     uint32_t initial, lowest, highest;
+    const char *title;
     uint16_t number;        /* of the line `$number=value` */
-    uint8_t group;
+    uint8_t unit;           /* of SETTINGS_TABLE_UNITS; empty for a pure number */
+    uint8_t group : 6;
     bool guards : 1;        /* locked while the machine moves or machines */
     bool any_time : 1;      /* an operator's switch: may change while a program runs */
-    const char *title;
-    const char *unit;       /* empty for a pure number */
-    const char *guard;      /* guard that the value 0 switches off, or 0 */
 } settings_table_row;
 
-extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS];
+/* Points of the axes' tables: as many of each axis, with one row and rising numbers. */
+#define SETTINGS_ALIKE 125u
+#define SETTINGS_SO_MANY 48u
+#define SETTINGS_ROWS (SETTINGS - SETTINGS_SO_MANY + 1)
+extern const settings_table_row SETTINGS_TABLE_ROWS[SETTINGS_ROWS];
+extern const char *const SETTINGS_TABLE_UNITS[];
+
+/* Guards that the value 0 switches off. */
+#define SETTINGS_GUARDS 4u
+typedef struct {
+    setting which;
+    const char *name;
+} settings_table_guard;
+extern const settings_table_guard SETTINGS_TABLE_GUARDS[SETTINGS_GUARDS];
 extern const char *const SETTINGS_TABLE_GROUPS[SETTINGS_GROUPS];

@@ -7,7 +7,7 @@
 
 /* 1 more than a value that the setting could have, or 0. */
 static bool instead_of(uint32_t one_more, setting which) {
-    const settings_table_row *range = &SETTINGS_TABLE_ROWS[which];
+    const settings_table_row *range = settings_row(which);
     return !one_more || (one_more - 1 >= range->lowest && one_more - 1 <= range->highest);
 }
 

@@ -13,6 +13,7 @@ typedef enum {
     EVENT_TRIP = 7,
     EVENT_FLUID_CLASS = 8,
     EVENT_CONDITION = 9,
+    EVENT_INDEX = 10,
 } hal_event_kind;
 
 /* Details: letters on the line, by their number in the gateware; 0 is none. */

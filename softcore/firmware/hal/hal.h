@@ -299,8 +299,8 @@ typedef struct {
 #define HAL_DAMAGE_SEGMENT 16u  /* the present segment */
 #define HAL_DAMAGE_PLACE 32u    /* the place on the path */
 #define HAL_DAMAGE_PULSES 64u   /* path pulses on their way */
-/* Axes with damage in a soft limit, a bound of the following error, the gain, the output's mode, gear
-   or backlash. */
+/* Axes with damage in a soft limit, a bound of the following error, the gain, the output's mode, gear,
+   backlash or pitch error. */
 #define HAL_DAMAGE_SETTINGS(damage) ((damage) >> 7 & 7u)
 #define HAL_DAMAGE_FLUID 1024u  /* the choice whether low fluid trips */
 #define HAL_DAMAGE_RATE 2048u   /* the rate of the ramp */
@@ -335,6 +335,8 @@ bool hal_auxiliary_timed_out(void);     /* reading clears it */
    axis's frame, so that its present place gets a number higher by so much. Only at rest; the soft
    limits must then be written again. */
 void hal_axis_shift(unsigned axis, int32_t by);
+/* The next index of the coders of these axes shall be an event, as bits; of the others, none. */
+void hal_index_arm(uint32_t axes);
 int32_t hal_axis_command(unsigned axis);
 int32_t hal_axis_position(unsigned axis);
 int32_t hal_axis_error(unsigned axis);
@@ -348,6 +350,8 @@ typedef struct {
 void hal_axis_mode(unsigned axis, const hal_drive *drive);
 void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses); /* begins to count steps anew */
 void hal_axis_backlash(unsigned axis, uint32_t pulses);     /* the axis counts as having come up */
+/* The screw takes the axis so far too far up. The axis walks there, except while safe. */
+void hal_axis_pitch(unsigned axis, int32_t pulses);
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup);
 void hal_axis_adopt(unsigned axis);
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high); /* soft limits, pulses */

@@ -468,6 +468,11 @@ void hal_axis_backlash(unsigned axis, uint32_t pulses) {
     AXIS(axis)->backlash = PUT(pulses, AXIS_BACKLASH_SIZE);
 }
 
+void hal_axis_pitch(unsigned axis, int32_t pulses) {
+    volatile uint32_t *errors = &PITCH->x;
+    errors[axis] = (uint32_t)pulses;
+}
+
 void hal_axis_step_time(unsigned axis, uint32_t width, uint32_t space, uint32_t setup) {
     AXIS(axis)->step_time = PUT(width, AXIS_STEP_TIME_WIDTH) | PUT(space, AXIS_STEP_TIME_SPACE) |
                             PUT(setup, AXIS_STEP_TIME_SETUP);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/* Hardware access of the target: what a check of board and wires looks at. */
+/* Hardware access of the target: what a check of board and wires looks at, and the coders' index. */
 #include "hal/hal.h"
 #include "hal/regs.h"
 
@@ -11,6 +11,8 @@ uint32_t hal_build(void) { return SYSTEM->build; }
 hal_inputs hal_inputs_read(void) {
     return (hal_inputs){.levels = SAFETY->inputs, .voltage = FLUID->voltage, .cell = FLUID->level};
 }
+
+void hal_index_arm(uint32_t axes) { EVENT->index = axes; }
 
 uint32_t hal_memory_words(void) { return _start[SIZE_WORD] / sizeof *_start; }
 

@@ -1,17 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* memcpy and memset, which the compiler calls for structures. The compiler's own versions, built
-   for size, move single bytes: a structure of 300 bytes took 2000 clocks. */
+   for size, move single bytes: a structure of 300 bytes took 2000 clocks. Each loop has one branch,
+   at its end: `a5` is where it ends. */
 
-    .text
+    .section .text.calls, "ax"
     .globl memcpy
 memcpy:
     mv a3, a0
     or a4, a0, a1
     andi a4, a4, 3
     bnez a4, 3f
-    li a5, 16
-1:  bltu a2, a5, 2f
-    lw t0, 0(a1)
+    andi a5, a2, -16
+    beqz a5, 2f
+    add a5, a5, a0
+1:  lw t0, 0(a1)
     lw t1, 4(a1)
     lw t2, 8(a1)
     lw t3, 12(a1)
@@ -21,23 +23,22 @@ memcpy:
     sw t3, 12(a3)
     addi a1, a1, 16
     addi a3, a3, 16
-    addi a2, a2, -16
-    j 1b
-2:  li a5, 4
-4:  bltu a2, a5, 3f
-    lw t0, 0(a1)
+    bne a3, a5, 1b
+2:  andi a5, a2, -4
+    add a5, a5, a0
+    beq a3, a5, 3f
+4:  lw t0, 0(a1)
     sw t0, 0(a3)
     addi a1, a1, 4
     addi a3, a3, 4
-    addi a2, a2, -4
-    j 4b
-3:  beqz a2, 5f
-    lbu t0, 0(a1)
+    bne a3, a5, 4b
+3:  add a5, a0, a2
+    beq a3, a5, 5f
+6:  lbu t0, 0(a1)
     sb t0, 0(a3)
     addi a1, a1, 1
     addi a3, a3, 1
-    addi a2, a2, -1
-    j 3b
+    bne a3, a5, 6b
 5:  ret
 
     .globl memset
@@ -50,24 +51,28 @@ memset:
     or a4, a4, a1
     slli a5, a4, 16
     or a4, a4, a5
-    li a5, 16
-1:  bltu a2, a5, 2f
-    sw a4, 0(a3)
+    andi a5, a2, -32
+    beqz a5, 2f
+    add a5, a5, a0
+1:  sw a4, 0(a3)
     sw a4, 4(a3)
     sw a4, 8(a3)
     sw a4, 12(a3)
-    addi a3, a3, 16
-    addi a2, a2, -16
-    j 1b
-2:  li a5, 4
-4:  bltu a2, a5, 3f
-    sw a4, 0(a3)
+    sw a4, 16(a3)
+    sw a4, 20(a3)
+    sw a4, 24(a3)
+    sw a4, 28(a3)
+    addi a3, a3, 32
+    bne a3, a5, 1b
+2:  andi a5, a2, -4
+    add a5, a5, a0
+    beq a3, a5, 3f
+4:  sw a4, 0(a3)
     addi a3, a3, 4
-    addi a2, a2, -4
-    j 4b
-3:  beqz a2, 5f
-    sb a1, 0(a3)
+    bne a3, a5, 4b
+3:  add a5, a0, a2
+    beq a3, a5, 5f
+6:  sb a1, 0(a3)
     addi a3, a3, 1
-    addi a2, a2, -1
-    j 3b
+    bne a3, a5, 6b
 5:  ret

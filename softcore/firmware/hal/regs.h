@@ -303,6 +303,7 @@ typedef volatile struct {
     const int32_t z; /* Encoder position of Z at that time. [pulse] */
     uint32_t pop; /* Drop the oldest event. */
     uint32_t status; /* State of the queue. */
+    uint32_t index; /* Axes of which the next index of the coder shall be an event, bit 0 X. It names all that wait for one; an event, and outputs that become safe, end the wait. See ``rtl.motion.index``. */
 } event_regs;
 _Static_assert(offsetof(event_regs, head) == 0x0, "");
 _Static_assert(offsetof(event_regs, cycle) == 0x4, "");
@@ -314,6 +315,7 @@ _Static_assert(offsetof(event_regs, y) == 0x18, "");
 _Static_assert(offsetof(event_regs, z) == 0x1c, "");
 _Static_assert(offsetof(event_regs, pop) == 0x20, "");
 _Static_assert(offsetof(event_regs, status) == 0x24, "");
+_Static_assert(offsetof(event_regs, index) == 0x28, "");
 #define EVENT_HEAD_KIND_SHIFT 0
 #define EVENT_HEAD_KIND_MASK 0x000000ffu
 #define EVENT_HEAD_DETAIL_SHIFT 8
@@ -326,6 +328,8 @@ _Static_assert(offsetof(event_regs, status) == 0x24, "");
 #define EVENT_POP_VALUE_MASK 0x00000001u
 #define EVENT_STATUS_LOST_SHIFT 0
 #define EVENT_STATUS_LOST_MASK 0x00000001u
+#define EVENT_INDEX_VALUE_SHIFT 0
+#define EVENT_INDEX_VALUE_MASK 0x00000007u
 #define EVENT ((event_regs *)0x80000500u)
 
 /* Classes of the discharges, and the short detector. */
@@ -583,6 +587,8 @@ _Static_assert(offsetof(safety_regs, inputs) == 0x38, "");
 #define SAFETY_INPUTS_GAP_NOISE_MASK 0x00800000u
 #define SAFETY_INPUTS_ADC_DATA_SHIFT 24
 #define SAFETY_INPUTS_ADC_DATA_MASK 0x01000000u
+#define SAFETY_INPUTS_ENC_INDEX_SHIFT 25
+#define SAFETY_INPUTS_ENC_INDEX_MASK 0x0e000000u
 #define SAFETY ((safety_regs *)0x80000800u)
 
 /* M, S and T functions of the machine side. */
@@ -620,8 +626,8 @@ typedef volatile struct {
     int32_t low; /* Lower soft limit: no command goes below it. [pulse] */
     int32_t high; /* Upper soft limit. [pulse] */
     uint32_t model; /* What the axis knows of its drive. */
-    uint32_t gear; /* Electronic gear of the step output: n steps for m pulses. Writing it begins the count of steps anew; see ``rtl.motion.gear``. */
-    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up; see ``rtl.motion.backlash``. */
+    uint32_t gear; /* Electronic gear: n steps of the output, or n edges of the coder, for m pulses. Writing it begins the count anew; see ``rtl.motion.gear`` and ``rtl.motion.coder_gear``. */
+    uint32_t backlash; /* Compensation of backlash. After writing it the axis counts as having come up, and ``taken_up`` is 0; see ``rtl.motion.backlash``. */
 } axis_regs;
 _Static_assert(offsetof(axis_regs, command) == 0x0, "");
 _Static_assert(offsetof(axis_regs, position) == 0x4, "");
@@ -684,8 +690,25 @@ _Static_assert(offsetof(axis_regs, backlash) == 0x3c, "");
 #define AXIS_BACKLASH_SIZE_SHIFT 0
 #define AXIS_BACKLASH_SIZE_MASK 0x00001fffu
 #define AXIS_BACKLASH_TAKEN_UP_SHIFT 13
-#define AXIS_BACKLASH_TAKEN_UP_MASK 0x03ffe000u
+#define AXIS_BACKLASH_TAKEN_UP_MASK 0x0fffe000u
 #define AXIS(i) ((axis_regs *)(0x80000a00u + 0x40u * (i)))
+
+/* Error of the screws' pitch at the places of the axes; see ``rtl.motion.backlash``. */
+typedef volatile struct {
+    uint32_t x; /* How far the screw takes X too far up. [pulse] */
+    uint32_t y; /* How far the screw takes Y too far up. [pulse] */
+    uint32_t z; /* How far the screw takes Z too far up. [pulse] */
+} pitch_regs;
+_Static_assert(offsetof(pitch_regs, x) == 0x0, "");
+_Static_assert(offsetof(pitch_regs, y) == 0x4, "");
+_Static_assert(offsetof(pitch_regs, z) == 0x8, "");
+#define PITCH_X_VALUE_SHIFT 0
+#define PITCH_X_VALUE_MASK 0x00001fffu
+#define PITCH_Y_VALUE_SHIFT 0
+#define PITCH_Y_VALUE_MASK 0x00001fffu
+#define PITCH_Z_VALUE_SHIFT 0
+#define PITCH_Z_VALUE_MASK 0x00001fffu
+#define PITCH ((pitch_regs *)0x80000ac0u)
 
 /* The machining condition in force. Its words, staged in the registers that ``rtl.power.condition`` names, come into force together, between two pulses. They may not change while ``pending``. See ``rtl.power.condition_switch``. */
 typedef volatile struct {

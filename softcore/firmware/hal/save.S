@@ -11,7 +11,7 @@ __riscv_\kind\()_\number:
     .endr
     .endm
 
-    .text
+    .section .text.calls, "ax"
     entries save, 12
     addi sp, sp, -64
     sw s11, 12(sp)

@@ -50,7 +50,7 @@ static bool reference(char letter, const word *w, const condition_row *row, uint
 /* A word that stands for a setting and has its range. A row keeps 1 more than the number. */
 static bool instead_of(context *c, char letter, setting which, const char *what, uint32_t *one_more) {
     uint32_t value = *one_more - 1;
-    const settings_table_row *range = &SETTINGS_TABLE_ROWS[which];
+    const settings_table_row *range = settings_row(which);
     if (!words_whole(c, letter, range->lowest, range->highest, what, &value))
         return false;
     *one_more = value + 1;

@@ -11,7 +11,9 @@ static struct {
     hal_drive drive;
     uint32_t steps, pulses, backlash, begun, step_time[3];
 } drives[HAL_AXES];
+static int32_t pitch[HAL_AXES];
 static hal_check check_found[HAL_AXES];
+static uint32_t index_armed;
 
 void hal_axis_limits(unsigned axis, int32_t low, int32_t high) {
     limits[axis][0] = low - host_frame(axis);
@@ -49,6 +51,15 @@ void gk_ramp_words(uint32_t words[5]) {
         words[i] = ramp[i];
 }
 
+void hal_index_arm(uint32_t axes) { index_armed = axes; }
+uint32_t gk_index_armed(void) { return index_armed; }
+void gk_index(uint32_t axes) {
+    axes &= index_armed;
+    index_armed &= ~axes;
+    if (axes)
+        gk_event(EVENT_INDEX, 0, axes, 0);
+}
+
 void gk_check_found(uint32_t axis, uint32_t check) { check_found[axis] = (hal_check)check; }
 
 void hal_axis_mode(unsigned axis, const hal_drive *drive) { drives[axis].drive = *drive; }
@@ -58,6 +69,8 @@ void hal_axis_gear(unsigned axis, uint32_t steps, uint32_t pulses) {
     drives[axis].begun++;
 }
 void hal_axis_backlash(unsigned axis, uint32_t pulses) { drives[axis].backlash = pulses; }
+void hal_axis_pitch(unsigned axis, int32_t pulses) { pitch[axis] = pulses; }
+int32_t gk_pitch(uint32_t axis) { return pitch[axis]; }
 void gk_drive_words(uint32_t axis, uint32_t words[7]) {
     const hal_drive *drive = &drives[axis].drive;
     words[0] = drive->step | (uint32_t)drive->reverse << 1 | (uint32_t)drive->swap << 2;

@@ -126,10 +126,13 @@ void gk_live(uint32_t causes);  /* causes that keep the interlock from clearing 
 void gk_switches(uint32_t low, uint32_t high);  /* limit switches that are pressed, by axis */
 void gk_lose(uint32_t axis, int32_t pulses);    /* pulses that the axis does not make */
 void gk_check_found(uint32_t axis, uint32_t check); /* the result of hal_axis_check */
+void gk_index(uint32_t axes);       /* the index of these coders comes: an event of those armed */
+uint32_t gk_index_armed(void);
 void gk_axis_words(uint32_t axis, int32_t words[4]); /* soft limits, gain and lag, as written */
 /* Mode, gear (steps, pulses) and backlash as written, how often the gear was written, and offset and
    friction of the drive. */
 void gk_drive_words(uint32_t axis, uint32_t words[7]);
+int32_t gk_pitch(uint32_t axis);    /* the pitch error as written, pulses */
 /* The ramp as written: start rate and acceleration, those of the way back, and the lead. */
 void gk_ramp_words(uint32_t words[5]);
 void gk_fin(uint32_t passes);   /* passes until FIN; 0xffffffff for never */

@@ -13,10 +13,10 @@
    first page is written last and makes it the present sector. So at any cut of the power there is a
    sector with complete records of all kinds; a record that was cut leaves the one before it in force.
 
-   Wear: a sector has 15 pages for records. The records of all kinds take 4 to 10 of them, so at least
-   5 are left for changes, which take 1 to 4 pages each. A ring of 16 sectors that bear 100 000 erases
-   takes 8 million pages of changes: 2 million of the largest changes, or one every 5 minutes for 19
-   years. A change that leaves the state as it is kept is not written. */
+   Wear: a sector has 15 pages for records. The records of all kinds take 4 to 12 of them, so at least
+   3 are left for changes, which take 1 to 6 pages each. A ring of 16 sectors that bear 100 000 erases
+   takes 4.8 million pages of changes. The largest change takes a sector: 1.6 million of them, or one
+   every 5 minutes for 15 years. A change that leaves the state as it is kept is not written. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>

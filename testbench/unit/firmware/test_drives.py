@@ -7,7 +7,7 @@ import pytest
 
 from softcore.tables.causes import numbers
 from softcore.tables.faults import error_line
-from softcore.tables.settings import LARGEST_GEAR, NO_OFFSET, assign, named
+from softcore.tables.settings import COARSEST_CODER, LARGEST_GEAR, NO_OFFSET, assign, named
 from testbench.firmware import Controller
 from testbench.travel import load
 
@@ -76,7 +76,7 @@ def test_a_change_loses_the_position_and_the_same_value_does_not(machine, name):
     default = named(name).default
     assert machine.line(assign(name, default)) == ["ok"]
     assert not lost(machine)
-    assert machine.line(assign(name, default + 1 if name != "gear_steps_x" else 1)) == ["ok"]
+    assert machine.line(assign(name, default + 1 if name != "gear_steps_x" else 9999)) == ["ok"]
     assert lost(machine)
     assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
     assert machine.line("$POSITION=HERE") == ["ok"]
@@ -139,14 +139,34 @@ def test_more_steps_than_pulses_are_never_in_force(machine):
     assert machine.line("$POSITION=HERE") == ["ok"]
 
 
+@pytest.mark.parametrize("name", ["$POSITION=HERE", "$H"])
+def test_a_coder_that_is_too_coarse_is_never_in_force(machine, name):
+    """An axis by steps may have such a gear."""
+    assert machine.line(assign("home_order", 321)) == ["ok"]
+    assert machine.line(assign("gear_pulses_y", 10_000)) == ["ok"]
+    fits = 10_000 // COARSEST_CODER
+    assert machine.line(assign("gear_steps_y", fits - 1)) == ["ok"]
+    assert machine.line(name) == [
+        f"[MSG:the coder of Y has more than {COARSEST_CODER} pulses ($524) for an edge ($521).]",
+        error_line("setting")]
+    assert machine.line("G91 G94 G01 X1 F60")[-1] == error_line("position_lost")
+    if name == "$H":
+        return
+    assert machine.line(assign("step_axes", 2)) == ["ok"]
+    assert machine.line(name) == ["ok"]
+    assert machine.line(assign("step_axes", 0)) == ["ok"]
+    assert machine.line(assign("gear_steps_y", fits)) == ["ok"]
+    assert machine.line(name) == ["ok"]
+
+
 def test_senders_read_the_steps_of_a_mm(machine):
     for name, value in {"step_axes": 3, "gear_steps_x": 640, "gear_steps_y": 3200,
-                        "gear_pulses_y": 30_000, "gear_steps_z": 5, "highest_speed_y": 700,
+                        "gear_pulses_y": 30_000, "gear_steps_z": 2000, "highest_speed_y": 700,
                         "highest_speed_z": 60_000}.items():
         assert machine.line(assign(name, value)) == ["ok"]
     listed = dict(row[1:].split("=") for row in machine.line("$$", passes=2000) if "=" in row)
     assert [listed[number] for number in ("100", "101", "102")] == [
-        "640.000", "1066.666", "10000.000"], "Z has no step output"
+        "640.000", "1066.666", "2000.000"], "Z has a coder"
     assert [listed[number] for number in ("110", "111", "112")] == [
         "1800.000", "700.000", "1800.000"]
 

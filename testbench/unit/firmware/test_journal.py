@@ -81,6 +81,17 @@ def test_what_is_entered_outlives_power_off(memory):
     assert len(found[journal.CONDITIONS]) == 11
 
 
+def test_the_tables_of_all_screws_outlive_power_off(memory):
+    wanted = {one.number: one.highest - one.number % 7 for one in SETTINGS if one.group == "pitch"}
+    machine = booted(memory)
+    enter(machine, *(f"${number}={value}" for number, value in wanted.items()), passes=ERASED)
+    machine = booted(memory)
+    assert machine.lines == [GREETING], "nothing to complain about"
+    assert listed(machine, *wanted) == tuple(wanted.values())
+    found = journal.contents(kept(memory))[journal.SETTINGS]
+    assert dict(zip(found[::2], found[1::2], strict=True)) == wanted
+
+
 def test_a_tapes_conditions_are_not_kept_but_its_offsets_are(memory):
     machine = booted(memory)
     machine.unlock()

@@ -116,6 +116,25 @@ def test_short_blocks_run_through(machine):
     assert machine.library.gk_position() == 0
 
 
+@pytest.mark.parametrize(("length", "ahead"), [(0, 49), (65, 26)])
+def test_long_texts_wait_for_the_machine_too(machine, length, ahead):
+    """The machine stands. What a block's event will show is kept meanwhile: 2 KiB of it."""
+    machine.library.gk_speed(0)
+    run(machine, "G91 G01 F60", *([f"X.01({'W' * length})"] * ahead), passes=1)
+    machine.run(4000)
+    assert machine.bound("ahead") == ahead * 100
+
+
+def test_blocks_read_ahead_are_told_with_their_text(machine, rng):
+    """Texts of all lengths, of which up to 71 characters are told."""
+    texts = [f"X.1({'W' * rng.choice((0, 1, 26, 61, 65, 66, 67, 80))})" for _ in range(300)]
+    machine.library.gk_speed(2)
+    run(machine, "G91 G01 F600", *texts, "M02", passes=200_000)
+    blocks = [line for line in machine.lines if line.startswith("[E:block")]
+    assert [line[:-1].split(",", 6)[6] for line in blocks[1:-1]] == [text[:71] for text in texts]
+    assert names(machine.lines)[-1] == "end"
+
+
 @pytest.mark.parametrize("block", ["C100", "M77", "G04 P1", "G92 X1", DATA, "G38 P0", "M05", "M00",
                                    "M30"])
 def test_blocks_that_act_wait_for_the_front(machine, block):

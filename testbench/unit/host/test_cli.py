@@ -480,7 +480,7 @@ def test_no_number_of_a_machine_is_without_bounds(workdir, key):
 
 
 @pytest.mark.parametrize("key", re.findall(r"(?m)^([a-z]\w*) = [-\d]", re.sub(  # may be left out:
-    r"(?m)^\[([xyz]|relaxation)\][^[]*|^(dead|offset|friction)_.*", "", SINKER)))
+    r"(?m)^\[([xyz]|relaxation)\].*\n([^[].*\n|\n)*|^(dead|offset|friction)_.*", "", SINKER)))
 def test_a_machine_that_lacks_a_number_is_refused(workdir, key):
     path = workdir / "part.toml"
     path.write_text(re.sub(rf"^{key} = .*\n", "", SINKER, flags=re.M))

@@ -10,20 +10,23 @@ import pytest
 from host.errors import UsageError
 from host.machines.machine import BUILT_IN, load
 from host.machines.machine_file import MACHINES, WORDS, bounds, entries
+from softcore.tables.settings import named
 from testbench.native.station import parameters
 
 SINKER = (BUILT_IN / "sinker.toml").read_text(encoding="utf-8")
 WIRE = (BUILT_IN / "wire.toml").read_text(encoding="utf-8")
 BASES = "base must be one of sinker, wire, cavity"
-NO_NUMBERS = {*WORDS, "stock.steps", "settings"}
+CONTROLLERS = {"settings", *(f"{axis}.pitch_error_um" for axis in "xyz")}
+NO_NUMBERS = {*WORDS, "stock.steps", *CONTROLLERS}
 
 # Unit by the end of a number's name, the longest that fits.
 UNITS = {
     "nf": "nF", "nh": "nH",
     "hz": "Hz", "um": "µm", "mm": "mm", "mm2": "mm²", "us": "µs", "ms": "ms", "s": "s", "v": "V",
     "a": "A", "ohm": "Ω", "ohm_cm": "Ω cm", "mm_s": "mm/s", "mm_s2": "mm/s²", "mm3_s": "mm³/s",
-    "mm3_min_a": "mm³/(min A)", "um_a": "µm/A", "per_s": "1/s", "per_us": "1/µs", "per_um": "1/µm",
-    "per_cm": "1/cm", "per_mm": "1/mm", "mm_min": "mm/min",
+    "mm3_min_a": "mm³/(min A)", "um_a": "µm/A", "um_m": "µm/m",
+    "per_s": "1/s", "per_us": "1/µs", "per_um": "1/µm", "per_cm": "1/cm", "per_mm": "1/mm",
+    "mm_min": "mm/min",
     "delay_square_us": "µs/µm²", "delay_linear_us": "µs/µm",    # of a formula's part
 }
 
@@ -37,7 +40,7 @@ def plain(names):
 def test_the_model_of_a_file_has_what_the_plant_has(kind):
     """Every number has the plant's name, bounds, a meaning, and the unit that its name says."""
     found = dict(entries(MACHINES[kind]))
-    assert found.keys() - {"settings"} == plain(name for name, _ in parameters(load(kind).tables))
+    assert found.keys() - CONTROLLERS == plain(name for name, _ in parameters(load(kind).tables))
     for name, field in found.items():
         assert re.fullmatch(r"[A-Z0-9`].*\.", field.description or ""), name
         if name in NO_NUMBERS:
@@ -76,6 +79,8 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
 @pytest.mark.parametrize(("line", "said"), [
     ("99 = 1", r"settings\.99 is no setting of the controller; docs/reference/settings\.md lists "
                r"them\."),
+    ("562 = 3", r"settings\.562 \(pitch_points_x\) belongs to the table of a screw's error; a "
+                r"machine's file gives it as pitch_error_um of the axis\."),
     ("400 = 33", r"settings\.400 \(short_needed\) must be 1 to 32, not 33\."),
 ])
 def test_a_setting_that_the_controller_would_refuse_is_refused_at_once(workdir, line, said):
@@ -195,14 +200,71 @@ def test_the_gear_of_an_axis_is_exact(workdir, steps, pitch, gear):
 
 
 @pytest.mark.parametrize(("steps", "pitch", "said"), [
-    (50_001, 5, "z has 10000.2 steps per mm (z.steps_per_turn, z.pitch_mm); the most are 10000, a "
-                "step for each pulse of the path."),
+    (50_001, 5, "z has 10000.2 steps per mm (z.steps_per_turn, z.pitch_mm); the most are 10000, "
+                "one for each pulse of the path."),
     (3199, 7.003, "the gear of z, 3199 steps for 70030 pulses (z.steps_per_turn, z.pitch_mm), "
                   "needs more than 65536 pulses; give a rounder number."),
 ])
 def test_a_gear_that_there_is_not_is_refused(workdir, steps, pitch, said):
     path = workdir / "mine.toml"
     path.write_text(STEPPING.format(axis="z", steps=steps, pitch=pitch))
+    with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
+        load(str(path))
+
+
+def test_a_coder_has_its_gear(workdir):
+    path = workdir / "mine.toml"
+    coder = 'base = "sinker"\n[y]\nsteps_per_turn = {edges}\npitch_mm = 5.0\n'
+    for edges, gear in ((50_000, (None, None)), (20_000, (4000, None)), (2500, (500, None)),
+                        (4096, (256, 3125))):
+        path.write_text(coder.format(edges=edges))
+        settings = load(str(path)).settings
+        assert (settings.get("521"), settings.get("524")) == gear
+        assert "416" not in settings
+    for edges, said in (
+            (50_001, "y has 10000.2 edges per mm"),
+            (2499, "the coder of y has 499.8 edges per mm (y.steps_per_turn, y.pitch_mm); the "
+                   "least are 500.")):
+        path.write_text(coder.format(edges=edges))
+        with pytest.raises(UsageError, match=re.escape(f"machine mine: {said}")):
+            load(str(path))
+
+
+def test_the_pitch_error_of_an_axis_is_a_table_of_the_controller(workdir):
+    path = workdir / "mine.toml"
+    path.write_text('base = "sinker"\n[y]\npitch_error_um = [0, 1.23, -2.0, 0.0]\n'
+                    'pitch_from_mm = -60.5\npitch_step_mm = 25\n')
+    assert load(str(path)).settings == load("sinker").settings | {
+        str(named(name).number): value for name, value in (
+            ("pitch_points_y", 4), ("pitch_first_y", 605_000), ("pitch_step_y", 250_000),
+            ("pitch_y_2", 5012), ("pitch_y_3", 4980))}
+
+
+TABLE_BOUND = "z.pitch_error_um must be at most 16 errors of -409.5 to 409.5 um."
+
+
+@pytest.mark.parametrize(("errors", "said"), [
+    ([0] * 17, TABLE_BOUND), ([0, 409.6], TABLE_BOUND), ([0, "1"], TABLE_BOUND),
+    ([0, True], TABLE_BOUND), (1.5, TABLE_BOUND),
+    ([3.0], "z.pitch_error_um has one point; a table has two or more."),
+    ([0, 100, -100.1], "z.pitch_error_um changes by 200.1 um up to point 3; the most are 200 um, a "
+                       "hundredth of z.pitch_step_mm."),
+    ([0, 200, 209.5, 9.5, -190.5, -200.1],
+     "errors of z.pitch_error_um lie 409.6 um apart; the most are 409.5 um.")])
+def test_a_table_of_a_screw_that_there_is_not_is_refused(workdir, errors, said):
+    path = workdir / "mine.toml"
+    path.write_text(f'base = "sinker"\n[z]\npitch_error_um = {str(errors).replace("True", "true")}')
+    with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
+        load(str(path))
+
+
+@pytest.mark.parametrize(("axis", "points"), [
+    ("pitch_from_mm = -19000", "-19000 to -18980"), ("low_mm = -20\nhigh_mm = 0", "0 to 20")])
+def test_a_table_beyond_the_travel_is_refused(workdir, axis, points):
+    path = workdir / "mine.toml"
+    path.write_text(f'base = "sinker"\n[x]\npitch_error_um = [0, 1]\n{axis}')
+    said = (f"the points of x.pitch_error_um, {points} mm, lie beyond the travel, x.low_mm to "
+            "x.high_mm.")
     with pytest.raises(UsageError, match=f"^machine mine: {re.escape(said)}$"):
         load(str(path))
 

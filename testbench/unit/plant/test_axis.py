@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The axes of the simulated machine: motor, pulse coder, step input, switches, machine side."""
 
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -146,6 +147,35 @@ def test_coder_counts_the_position(plant, rng):
     assert set(gaps) == {3, 4}              # 60 mm/s, its highest speed
 
 
+@pytest.mark.parametrize("sign", [1, -1], ids=["up", "down"])
+def test_the_index_comes_at_its_count_once_in_a_turn(plant, sign):
+    turn, at = 2000, 650
+    plant.set("z.index_mm", turn / 10_000)
+    plant.set("z.index_at_mm", at / 10_000)
+    plant.density = sign * 3000
+    high = []
+    for _ in range(9000):
+        plant.until(("enc_a", "enc_b", "enc_index"), HZ)
+        if plant.input("enc_index") >> 2:
+            high.append(plant.positions()["z"])
+    assert len(high) >= 4
+    # From the edge that leads to its count on to the next one.
+    assert all(place % turn == at for place in high)
+    assert all(sign * (later - place) == turn for place, later in pairwise(high))
+    assert not plant.input("enc_index") & 3 or at == 0
+
+
+def test_the_line_of_the_index_can_be_broken_or_stuck(plant):
+    plant.set("z.index_mm", 0.01)
+    plant.set("force.index_cut", Z)
+    plant.density = 3000
+    assert plant.until(("enc_index",), HZ // 20) == HZ // 20
+    plant.set("force.index_high", Z)
+    assert plant.until(("enc_index",), HZ // 20) == 1
+    assert plant.until(("enc_index",), HZ // 20) == HZ // 20
+    assert plant.input("enc_index") >> 2 == 1
+
+
 def test_coder_has_play(plant):
     # An axis that turns back within a fifth of a pulse gives no edge: at rest it does not chatter.
     plant.density = 1
@@ -253,6 +283,29 @@ def test_an_axis_stays_until_its_motor_has_turned_through_the_play(plant, turned
     assert go(20) == pytest.approx(play, abs=0.1)
     assert go(80) == pytest.approx(100, abs=0.1)
     assert plant.get("read.x_steps") == 100
+
+
+@pytest.mark.parametrize("stepping", [False, True], ids=["coder", "steps"])
+def test_a_wrong_screw_takes_the_axis_beside_what_its_motor_has_turned(plant, stepping):
+    axis = "x" if stepping else "z"
+    for name, value in {"screw_um_m": 4000, "screw_wave_um": 20, "screw_wave_mm": 0.4}.items():
+        plant.set(f"{axis}.{name}", value)
+    furthest = 0
+    for way in (1, 1, -1, -1, -1, 1):
+        for _ in range(500 * stepping):
+            plant.step(0b001, way < 0)
+            plant.run(20)
+            plant.step(0)
+            plant.run(20)
+        plant.density = 0 if stepping else way * 3000
+        plant.run(HZ // 200)
+        plant.density = 0
+        plant.run(HZ // 5)
+        turned = plant.get("read.x_steps") if stepping else plant.positions()["z"]
+        furthest = max(furthest, abs(turned))
+        error = 4000e-6 * turned + 200 * np.sin(2 * np.pi * turned / 4000)
+        assert plant.get(f"read.{axis}_pulses") == pytest.approx(turned + error, abs=1.5)
+    assert furthest > 900
 
 
 def test_limit_switches_are_where_the_machine_says(plant):

@@ -87,22 +87,28 @@ def test_a_setting_of_grbl_is_changed_in_one_place():
 
 
 def test_a_setting_is_changed_in_one_place():
-    table = altered(SETTINGS, "no_progress_s", number=599, highest=7, default=5, unit="min",
+    table = altered(SETTINGS, "no_progress_s", number=699, highest=7, default=5, unit="min",
                     guards=False, title="new title", meaning="New meaning.")
-    assert "[SET_NO_PROGRESS_S] = {5, 0, 7, 599, GROUP_GAP, false, false,\n" \
-           '        "new title", "min", "no progress"},' in render.settings_source(table)
-    assert cells(render.settings_page(table), "`$599`") == [
-        "`$599`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
+    source = render.settings_source(table)
+    units = list(dict.fromkeys(one.unit for one in table))
+    assert '    {5, 0, 7, "new title",\n' \
+           f'        699, {units.index("min")}, GROUP_GAP, false, false}},' in source
+    assert '    {SET_NO_PROGRESS_S, "no progress"},' in source
+    assert '    "min",' in source
+    assert cells(render.settings_page(table), "`$699`") == [
+        "`$699`", "`no_progress_s`", "min", "5", "0 to 7", "no program", "New meaning."]
     assert "| `$444` |" not in render.settings_page(table)
-    assert settings.assign("no_progress_s", 7, table) == "$599=7"
-    with pytest.raises(ValueError, match=r"^setting 599 \(no_progress_s\) must be 0 to 7, not 8$"):
+    assert settings.assign("no_progress_s", 7, table) == "$699=7"
+    with pytest.raises(ValueError, match=r"^setting 699 \(no_progress_s\) must be 0 to 7, not 8$"):
         settings.assign("no_progress_s", 8, table)
 
 
 def test_a_setting_more_is_one_more_everywhere():
     table = (*SETTINGS, replace(SETTINGS[0], number=499, name="fresh"))
     assert "    SET_FRESH,\n    SETTINGS,\n" in render.settings_header(table)
-    assert "[SET_FRESH] = {" in render.settings_source(table)
+    source = render.settings_source(table)
+    assert source.count("GROUP_") == render.settings_source(SETTINGS).count("GROUP_") + 1
+    assert "        499, 0, GROUP_DETECTOR, true, false},\n};" in source, "the last row"
     assert cells(render.settings_page(table), "`$499`")[1] == "`fresh`"
     assert settings.of_number(499, table).name == "fresh"
     assert settings.of_number(499) is None
@@ -226,7 +232,7 @@ def test_events_are_well_formed():
         assert "text" not in kinds[:-1], f"{one.name}: a text may have commas"
     for found in ([one.name for one in EVENTS], [one.word for one in EVENTS if one.word]):
         assert len(set(found)) == len(found)
-    assert [one.number for one in events.numbered()] == [*range(1, 10)]
+    assert [one.number for one in events.numbered()] == [*range(1, 11)]
 
 
 def test_the_gateware_has_the_numbers_of_the_table():

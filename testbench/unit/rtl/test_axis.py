@@ -29,7 +29,7 @@ class Bench:
     async def clock(self, ctx, *, pi=0, forward=0, ahead=False, move=0, safe=False, adopt=False,
                     mark=None, stopped=1 << 17, moving=1 << 17, mode_step=False, mode_reverse=False,
                     times=(2, 2, 2), window=1, tick=False, gain=0,
-                    backlash=0, gear=None, swap=False, offset=0, friction=0, resting=False,
+                    backlash=0, pitch=0, gear=None, swap=False, offset=0, friction=0, resting=False,
                     share=512):
         """Go on by one clock and compare every output."""
         dut, axis = self.dut, self.axis
@@ -45,11 +45,13 @@ class Bench:
                 (dut.step_time_space, times[1]), (dut.step_time_setup, times[2]),
                 (dut.window, window), (dut.tick, tick), (dut.model_gain, gain),
                 (dut.backlash_size, backlash), (dut.backlash_strobe, gear is not None),
+                (dut.pitch, pitch),
                 (dut.gear_strobe, gear is not None), (dut.mode_swap, swap),
                 (dut.mode_offset, offset), (dut.mode_friction, friction), (dut.resting, resting),
                 (dut.model_lag, share)):
             ctx.set(signal, value)
         if gear:
+            axis.ratio = gear
             ctx.set(dut.gear_steps, gear[0])
             ctx.set(dut.gear_surplus, gear[1] - gear[0])
         fp = axis.feedback(mode_step=mode_step, mode_reverse=mode_reverse)
@@ -60,8 +62,8 @@ class Bench:
         axis.tick(pi=pi, forward=forward, ahead=ahead, a=a, b=b, safe=safe, adopt=adopt, mark=mark,
                   follow_stopped=stopped, follow_moving=moving, mode_step=mode_step,
                   mode_reverse=mode_reverse, times=times, window=window, tick=tick, gain=gain,
-                  backlash=backlash, gear=gear, swap=swap, offset=offset, friction=friction,
-                  resting=resting, share=share)
+                  backlash=backlash, pitch=pitch, gear=gear, swap=swap, offset=offset,
+                  friction=friction, resting=resting, share=share)
         await ctx.tick()
 
         counter = axis.counter
@@ -69,10 +71,10 @@ class Bench:
                 ("command", wrapped(counter.commanded, 32)),
                 ("position", wrapped(counter.moved, 32)), ("error", counter.error),
                 ("status_saturated", counter.saturated),
-                ("status_illegal", axis.encoder.illegal),
+                ("status_illegal", axis.encoder.illegal or axis.coder.lost),
                 ("status_check", CHECKS.index(axis.supervision.check)),
                 ("overshoot", self.overshoot[1]), ("backlash_taken_up", axis.backlash.taken_up),
-                ("in_position", axis.in_position(window, backlash)),
+                ("in_position", axis.in_position(window, backlash, pitch)),
                 ("following_stopped", axis.following_stopped),
                 ("following_moving", axis.following_moving), ("dac", axis.dac.pulse),
                 ("dac_negative", axis.dac.negative),
@@ -96,7 +98,10 @@ def test_follows_the_model(simulate, rng, dac, mode):
         limits = dict(stopped=20, moving=40)
         forward = offset = friction = 0
         share = 512
+        pitch = 0
         for clock in range(2500):
+            if rng.random() < 0.02:
+                pitch = rng.choice((0, rng.randint(-8, 8)))
             if rng.random() < 0.01:
                 offset = rng.choice((0, rng.randint(-2048, 2047)))
                 friction = rng.choice((0, rng.randrange(256)))
@@ -106,7 +111,7 @@ def test_follows_the_model(simulate, rng, dac, mode):
             lean = (-1, 0, 1, 0)[clock // 200 % 4]
             busy = clock % 300 < 200
             await bench.clock(
-                ctx, **mode, **limits, forward=forward, ahead=clock % 1300 > 400,
+                ctx, **mode, **limits, pitch=pitch, forward=forward, ahead=clock % 1300 > 400,
                 window=(1, 9, 0)[clock // 100 % 3],
                 times=(rng.randrange(4), rng.randrange(4), 3),
                 pi=rng.choice((-1, 1, lean, lean)) if busy and rng.random() < 0.4 else 0,
@@ -203,6 +208,37 @@ def test_a_geared_axis_with_backlash_returns_to_its_steps(simulate, rng):
                    if way < 0 and (1, place - 6) in seen)
 
     simulate(dut, run, deadline=2e-3)
+
+
+def test_an_edge_that_a_coarse_coder_loses_is_told(simulate):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+
+    async def run(ctx):
+        await bench.clock(ctx, gear=(1, 65_536))
+        for clock in range(200):
+            await bench.clock(ctx, move=clock % 4 == 0)
+        assert ctx.get(dut.status_illegal)
+        await bench.clock(ctx, safe=True, adopt=True)
+        assert not ctx.get(dut.status_illegal)
+
+    simulate(dut, run)
+
+
+def test_a_bit_of_a_coarse_coder_that_turns_over_is_damage(simulate):
+    dut = Axis(rest_clocks=5)
+    bench = Bench(dut, model.Axis(rest_clocks=5))
+
+    async def run(ctx):
+        await bench.clock(ctx, gear=(1, 5))
+        for clock in range(40):
+            await bench.clock(ctx, move=clock % 4 == 0)
+            assert not ctx.get(dut.damaged)
+        ctx.set(dut.coder_gear.rest, ctx.get(dut.coder_gear.rest) ^ 2)
+        await ctx.tick().repeat(3)
+        assert ctx.get(dut.damaged)
+
+    simulate(dut, run)
 
 
 def test_step_axis_sends_every_pulse(simulate, rng):

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unit tests of ``rtl.motion.backlash``, against the exact model, and around a drive with play."""
+"""Unit tests of ``rtl.motion.backlash``, against the exact model, and around a drive with play.
+
+The drive's screw may be wrong, too.
+"""
 
 from rtl.motion.backlash import Backlash
 from testbench.models import backlash as model
@@ -15,9 +18,11 @@ class Bench:
         self.model = model.Backlash()
         self.moved = self.fed = self.commanded = 0
 
-    async def clock(self, ctx, *, tick=False, pi=0, moved=0, safe=False, clear=False):
+    async def clock(self, ctx, *, tick=False, pi=0, moved=0, safe=False, clear=False,
+                    pitch=0):
         dut = self.dut
-        for signal, value in ((dut.size, self.size), (dut.tick, tick), (dut.pi, pi != 0),
+        for signal, value in ((dut.size, self.size), (dut.pitch, pitch), (dut.tick, tick),
+                              (dut.pi, pi != 0),
                               (dut.pi_reverse, pi < 0), (dut.moved, moved != 0),
                               (dut.moved_reverse, moved < 0), (dut.safe, safe),
                               (dut.clear, clear)):
@@ -25,8 +30,9 @@ class Bench:
         await settle(ctx)
         fp = ctx.get(dut.fp) * (-1 if ctx.get(dut.fp_reverse) else 1)
         assert fp == self.model.pulse(moved)
-        assert ctx.get(dut.done) == (self.model.taken_up == self.model.goal(self.size))
-        self.model.tick(size=self.size, tick=tick, pi=pi, moved=moved, safe=safe, clear=clear)
+        assert ctx.get(dut.done) == (self.model.taken_up == self.model.goal(self.size, pitch))
+        self.model.tick(size=self.size, pitch=pitch, tick=tick, pi=pi, moved=moved, safe=safe,
+                        clear=clear)
         await ctx.tick()
         self.moved += moved
         self.fed += fp
@@ -44,12 +50,15 @@ def test_follows_the_model_and_keeps_the_sums(simulate, rng):
     bench = Bench(dut, 0)
 
     async def run(ctx):
+        pitch = 0
         for clock in range(6000):
             begin = clock % 1500 == 0
             if begin:
                 bench.size = (7, 0, 40, 8191)[clock // 1500]
+            if rng.random() < (0.01, 0, 0.3)[clock // 250 % 3]:
+                pitch = rng.choice((0, rng.randint(-9, 9), rng.randint(-9, 9), -4096, 4095))
             await bench.clock(
-                ctx, tick=clock % 5 == 0 and rng.random() < 0.8,
+                ctx, pitch=pitch, tick=clock % 5 == 0 and rng.random() < 0.8,
                 pi=rng.choice((-1, 1)) if rng.random() < (0.2, 0.01)[clock // 300 % 2] else 0,
                 moved=rng.choice((0, 0, 1, -1, 1, 1)) if clock % 900 < 600 else 0,
                 safe=rng.random() < 0.01, clear=begin)
@@ -83,10 +92,58 @@ def test_an_axis_with_backlash_stands_at_its_count_both_ways(simulate):
     simulate(dut, run, deadline=1e-3)
 
 
+def test_a_wrong_screw_leads_to_the_same_place_both_ways(simulate):
+    """The pitch is set from the place alone, somewhat late, as the firmware does."""
+    dut = Backlash()
+    play = 4
+    bench = Bench(dut, play)
+
+    def error(place):
+        return -5 + place // 7
+
+    async def run(ctx):
+        await bench.clock(ctx, clear=True)
+        stood = {}
+        for way in (1, -1, 1, -1, -1, 1):
+            for _ in range(40):
+                await bench.clock(ctx, tick=True, pi=way, pitch=error(bench.commanded - way))
+                for _ in range(20):
+                    er = bench.commanded - bench.fed
+                    await bench.clock(ctx, tick=True, moved=(er > 0) - (er < 0),
+                                      pitch=error(bench.commanded))
+                assert ctx.get(dut.done)
+                assert bench.fed == bench.commanded
+                at = bench.commanded, way
+                assert stood.setdefault(at, bench.moved) == bench.moved
+                assert bench.moved == bench.commanded - error(bench.commanded) - play * (way < 0)
+        assert len(stood) == 160
+
+    simulate(dut, run, deadline=1e-3)
+
+
+def test_a_long_walk_to_a_pitch_ends_at_it(simulate):
+    dut = Backlash()
+    bench = Bench(dut, 3)
+
+    async def run(ctx):
+        await bench.clock(ctx, clear=True)
+        for pitch in (300, -300, 0):
+            for _ in range(620):
+                await bench.clock(ctx, tick=True, pitch=pitch)
+                await bench.clock(ctx, pitch=pitch)
+            assert ctx.get(dut.done)
+            assert ctx.get(dut.taken_up) == pitch
+        for _ in range(50):
+            await bench.clock(ctx, tick=True, pitch=100, safe=True)
+        assert ctx.get(dut.taken_up) == 0, "never while safe"
+
+    simulate(dut, run, deadline=1e-3)
+
+
 def test_a_bit_of_its_state_that_turns_over_is_told_until_it_is_cleared(simulate, rng):
     dut = Backlash()
-    state = [(dut.taken_up, bit) for bit in range(13)] + [(dut.down, 0), (dut.due, 0),
-                                                          (dut.parity, 0)]
+    state = [(dut.taken_up, bit) for bit in range(15)] + [
+        (one, 0) for one in (dut.down, dut.grow, dut.due, dut.parity)]
 
     async def run(ctx):
         for size in (0, 30, 8191):

@@ -71,6 +71,20 @@ def test_starts_safe(simulate, inverted):
     simulate(dut, bench)
 
 
+def test_an_optional_input_without_pins_keeps_its_level(simulate):
+    seen, plain = ports()
+    del seen.enc_index
+    dut = Pads(seen)
+
+    async def bench(ctx):
+        ctx.set(plain["enc_a"].i, 7)
+        await ctx.tick().repeat(5)
+        assert ctx.get(dut.enc_a) == 7
+        assert ctx.get(dut.enc_index) == 0
+
+    simulate(dut, bench)
+
+
 def test_inverted_ports_are_inverted(simulate):
     seen, plain = ports(inverted=("estop", "drive_enable"))
     dut = Pads(seen)

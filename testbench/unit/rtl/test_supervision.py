@@ -25,11 +25,13 @@ TICK = 24       # clocks; on a machine there are more, which changes nothing
 class Drive:
     """A coder on a drive of first order that follows Er, and their faults.
 
-    ``share`` is its gain as a share of 50 1/s, ``lag`` is in ticks.
+    ``share`` is its gain as a share of 50 1/s, ``lag`` is in ticks. An edge of the coder is so many
+    pulses, which come one in each clock.
     """
 
-    def __init__(self, share=1.0, lag=128):
-        self.share, self.lag = share, lag
+    def __init__(self, share=1.0, lag=128, pulses=1):
+        self.share, self.lag, self.pulses = share, lag, pulses
+        self.due = 0
         self.speed = self.way = 0.0
         self.place = 0
         self.stuck = {}         # phase: level
@@ -41,22 +43,25 @@ class Drive:
         told = self.share * er * GAIN / 2**20 / TICK
         self.speed += (told - self.speed) / (self.lag * TICK)
         self.way += self.speed
-        if self.way >= self.place + 1:
+        if self.way >= (self.place + 1) * self.pulses:
             self.place += 1
-        elif self.way < self.place - 0.2:
+        elif self.way < self.place * self.pulses - 0.2:
             self.place -= 1
         before = self.levels
         a, b = CYCLE[self.place % 4][::-1 if self.swapped else 1]
         self.levels = self.stuck.get("a", a), self.stuck.get("b", b)
         moved = (CYCLE.index(self.levels) - CYCLE.index(before)) % 4
-        return {0: 0, 1: 1, 2: 0, 3: -1}[moved]
+        self.due += self.pulses * {0: 0, 1: 1, 2: 0, 3: -1}[moved]
+        pulse = (self.due > 0) - (self.due < 0)
+        self.due -= pulse
+        return pulse
 
 
 class Run:
     """Clocks of the compiled block and of the model, side by side."""
 
-    def __init__(self, tick=TICK):
-        self.model, self.tick = Model(), tick
+    def __init__(self, tick=TICK, *, coarse=False):
+        self.model, self.tick, self.coarse = Model(), tick, coarse
         self.rows, self.expected = [], []
 
     @property
@@ -68,9 +73,9 @@ class Run:
         tick = len(self.rows) % self.tick == 0
         self.expected.append(CHECKS.index(self.model.check))
         self.rows.append((tick, gain, min(abs(er), 32767), er < 0, standing, resting, abs(fp),
-                          fp < 0, *levels, on, clear))
+                          fp < 0, *levels, self.coarse, on, clear))
         self.model.clock(tick=tick, gain=gain, er=er, standing=standing, resting=resting, fp=fp,
-                         a=levels[0], b=levels[1], on=on, clear=clear)
+                         a=levels[0], b=levels[1], coarse=self.coarse, on=on, clear=clear)
 
     def compare(self):
         """Compare the block with the model in every clock; return the names of all findings."""
@@ -90,7 +95,8 @@ class Loop:
     window, offset = 1, 0
 
     def __init__(self, drive=None, gain=GAIN, ahead=False):
-        self.run, self.drive, self.gain = Run(), drive or Drive(), gain
+        self.drive, self.gain = drive or Drive(), gain
+        self.run = Run(coarse=self.drive.pulses > 1)
         self.ahead = ahead      # with velocity feed-forward
         self.command = 0.0
         self.count = self.fp = 0
@@ -119,9 +125,9 @@ def test_checks_have_the_numbers_of_the_model():
     assert [check.name.lower().replace("_", " ") for check in Check] == list(CHECKS)
 
 
-def walk(rng, clocks, longest):
+def walk(rng, clocks, longest, *, coarse=False):
     """A run at random: commands, drives, and faults of the coder, each for ``longest`` at most."""
-    run, drive = Run(), Drive()
+    run, drive = Run(coarse=coarse), Drive()
     till = er = 0
     noise, on = False, True
     for clock in range(clocks):
@@ -144,8 +150,10 @@ def walk(rng, clocks, longest):
     return run
 
 
-def test_follows_the_model(rng):
-    assert len(walk(rng, 200_000, 20_000).compare()) > 3
+@pytest.mark.parametrize(("clocks", "longest", "coarse"), [
+    (200_000, 20_000, False), (600_000, 60_000, True)])
+def test_follows_the_model(rng, clocks, longest, coarse):
+    assert len(walk(rng, clocks, longest, coarse=coarse).compare()) > 3 - coarse
 
 
 def test_a_span_goes_on_over_the_end_of_a_stretch():
@@ -212,6 +220,16 @@ def test_a_sound_drive_never_trips(share, lag):
     assert loop.run.compare() == {"none"}
 
 
+@pytest.mark.parametrize("pulses", [5, 20])
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_coarse_coder_never_trips(pulses, ahead):
+    """Fast ways with ends, and slow ones: at an end the model goes on by some edges."""
+    loop = Loop(Drive(1, 105, pulses), ahead=ahead)
+    loop.window = 15
+    assert loop.go(4000, lambda tick: (6.4, 0, -6.4, 0, 0.5, -0.064)[tick // 400 % 6]) is None
+    assert loop.run.compare() == {"none"}
+
+
 # Pulses a tick.
 FEEDS = {"F0.1": 0.0005, "F0.15": 0.0008, "F1": 0.0053, "F12": 0.064, "F300": 1.6, "F1800": 9.6}
 AWAY = 800      # pulses by which the true place may differ from where it would have been
@@ -232,6 +250,24 @@ def test_a_failing_coder_is_found_in_time(fault, feed):
     clocks = loop.go(25_000, rate)
     assert loop.run.found in {"a": {"phase a"}, "b": {"phase b"}, "ab": {"silent"}}.get(
         fault, {"against", "model", "share"})
+    assert abs(drive.way - begun - rate * clocks / TICK) < AWAY
+    assert loop.run.compare() == {"none", loop.run.found}
+
+
+@pytest.mark.parametrize("fault", ["a", "b", "ab", "swap"])
+@pytest.mark.parametrize("feed", ["F12", "F300"])
+def test_a_failing_coarse_coder_is_found_in_time(fault, feed):
+    loop, rate = Loop(Drive(pulses=20)), FEEDS[feed]
+    loop.window = 15
+    drive = loop.drive
+    assert loop.go(3000, rate) is None
+    drive.swapped = fault == "swap"
+    if not drive.swapped:
+        drive.stuck = {phase: level for phase, level in zip("ab", drive.levels, strict=True)
+                       if phase in fault}
+    begun = drive.way
+    clocks = loop.go(25_000, rate)
+    assert loop.run.found != "none"
     assert abs(drive.way - begun - rate * clocks / TICK) < AWAY
     assert loop.run.compare() == {"none", loop.run.found}
 
