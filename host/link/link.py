@@ -109,10 +109,8 @@ class HeldError(LinkError):
 def held_by(line: str) -> tuple[int, str] | None:
     """Code and sentence of the alarm if a line says that the processor is held, else None."""
     told = _HELD.fullmatch(line)
-    if told is None:
-        return None
-    return int(told[1]), (f"{told[2]}: the processor is held until the controller is switched off "
-                          "and on.")
+    return told and (int(told[1]), f"{told[2]}: the processor is held until the controller is "
+                     "switched off and on.")
 
 
 def is_cut(line: str) -> bool:
@@ -230,6 +228,7 @@ class Link:
         self._full = Expander()
         self._mark = 0        # TAKEN or AGAIN while its sequence number is still to come
         self._marks: list[tuple[int, int]] = []  # answers to frames, oldest first
+        self._late = False    # an answer came after its frame had been sent again
         self._number = 0      # of the next line
         self._open: list[Sent] = []  # lines without an answer, oldest first
         self._again = False   # they are to be sent again
@@ -387,34 +386,36 @@ class Link:
             If frames keep arriving damaged or the machine falls silent.
         """
         self._marks.clear()
+        self._late = False
         return all(self._send_frame(sequence, data, stop) for sequence, data in frames(rows))
 
     def _send_frame(self, sequence: int, data: bytes, stop: Callable[[], bool]) -> bool:
         silent = damaged = 0
         while True:
             self.pipe.write(data)
-            mark = self._await_mark(sequence, stop)
+            mark = self._await_mark(sequence, stop, FRAME_TIMEOUT_S)
+            silent += mark is None
+            if mark is None and (self._late or silent % UNANSWERED_FRAMES == 0) and not stop():
+                # However slow the machine is, its report follows the answer to the frame.
+                self.status()
+                mark = self._await_mark(sequence, stop, 0)
             if stop():
                 return False
             if mark == TAKEN:
                 return True
-            if mark == AGAIN:
-                damaged += 1
-                if damaged == DAMAGED:
-                    raise LinkError(f"the link is bad: a frame of the tape arrived damaged "
-                                    f"{damaged} times in a row.")
-            else:
-                silent += 1
-                if silent % UNANSWERED_FRAMES == 0:
-                    self.status()
+            damaged += mark == AGAIN
+            if damaged == DAMAGED:
+                raise LinkError("the link is bad: a frame of the tape arrived damaged "
+                                f"{damaged} times in a row.")
 
-    def _await_mark(self, sequence: int, stop: Callable[[], bool]) -> int | None:
-        end = self.pipe.time_s() + FRAME_TIMEOUT_S
+    def _await_mark(self, sequence: int, stop: Callable[[], bool], within_s: float) -> int | None:
+        end = self.pipe.time_s() + within_s
         while True:
             while self._marks:
                 mark, number = self._marks.pop(0)
                 if number == sequence or mark == AGAIN:
                     return mark
+                self._late = True
             left = end - self.pipe.time_s()
             if left <= 0 or stop():
                 return None
@@ -475,8 +476,7 @@ class Link:
             self._open.clear()
             self._held = held[1]
         elif line.startswith("<"):
-            if line.endswith(">"):
-                self._report = line.strip("<>")
+            self._report = line.strip("<>") if line.endswith(">") else self._report
         elif is_cut(line):
             return
         elif line.startswith(GREETING):

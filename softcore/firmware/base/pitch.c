@@ -39,7 +39,7 @@ bool pitch_sound(fault *f) {
         }
         if (most - least > WIDEST)
             return fault_at(f, FAULT_SETTING, 0,
-                            "errors in the pitch table of %c ($%u and on) differ by more than %u pulses",
+                            "the pitch table of %c ($%u and on) is more than %u pulses wide",
                             "XYZ"[axis], settings_number(point_of(axis, 0)), (uint32_t)WIDEST);
     }
     return true;

@@ -197,7 +197,7 @@ def test_a_table_that_is_too_steep_is_refused(steep):
 @pytest.mark.parametrize("wide", [True, False])
 def test_errors_that_are_further_apart_than_can_be_made_up_for_are_refused(machine, wide):
     enter(machine, "z", [2000, 2095, -1999, -2000 - wide], first=0, step=1_000_000)
-    said = ["[MSG:errors in the pitch table of Z ($603 and on) differ by more than 4095 pulses.]",
+    said = ["[MSG:the pitch table of Z ($603 and on) is more than 4095 pulses wide.]",
             error_line("setting")]
     assert machine.line("$POSITION=HERE") == (said if wide else ["ok"])
 
