@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the experiments share: runs on all cores, mean and spread, and the files of the results."""
 
+import argparse
 import io
 import json
 import multiprocessing
@@ -24,8 +25,8 @@ from host.tape.tape import Tape
 from softcore.tables.settings import named
 
 __all__ = ["LOOPS", "Record", "add_figures", "build_simulator", "executed", "in_loop",
-           "in_parallel", "make_folder", "markdown", "summed_up", "value_with_spread",
-           "with_settings", "write_results"]
+           "in_parallel", "make_folder", "markdown", "seeds_and_folder", "summed_up",
+           "value_with_spread", "with_settings", "write_results"]
 
 Record = dict[str, Any]     # figures of a run, or of all runs of a kind, by name
 T = TypeVar("T")
@@ -44,6 +45,33 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"{folder} cannot be written: {error.strerror}.") from error
+
+
+def seeds_and_folder(module: str, about: str | None, *, seeds: int,
+                     folder: str) -> tuple[int, Path]:
+    """Number of seeds and folder of the results, as the command line of a module gives them.
+
+    A wrong number, and a folder that cannot be made, end the program with one sentence.
+
+    Parameters
+    ----------
+    module, about : str
+        The module that runs, and what ``--help`` says of it.
+    seeds, folder : int, str
+        What is used if nothing is given; the folder lies in ``build/experiments``.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m {module}", description=about)
+    parser.add_argument("--seeds", type=int, default=seeds, help="runs of each kind: seeds 1 to N")
+    parser.add_argument("--out", type=Path, default=Path("build/experiments") / folder,
+                        help="folder for runs.json, which has every run")
+    chosen = parser.parse_args()
+    if chosen.seeds < 1:
+        parser.error("--seeds must be 1 or more.")
+    try:
+        make_folder(chosen.out)
+    except UserError as error:
+        parser.error(str(error))
+    return chosen.seeds, chosen.out
 
 
 def build_simulator(machine: Machine, console: Console) -> None:

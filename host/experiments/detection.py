@@ -7,11 +7,9 @@ settings of the detector (`$400` of `$401`) and the same seeds. The simulated ma
 contact.
 """
 
-import argparse
 import json
 from dataclasses import asdict, dataclass
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from rich import box
@@ -24,8 +22,8 @@ from host.experiments.common import (
     build_simulator,
     executed,
     in_parallel,
-    make_folder,
     markdown,
+    seeds_and_folder,
     summed_up,
     with_settings,
 )
@@ -101,23 +99,18 @@ def table(runs: list[Record], machine: str, style: box.Box = box.MARKDOWN) -> Ta
 
 def main() -> None:
     """Print the tables, as Markdown."""
-    parser = argparse.ArgumentParser(prog="python -m host.experiments.detection",
-                                     description=main.__doc__)
-    parser.add_argument("--seeds", type=int, default=3, help="runs of each kind: seeds 1 to N")
-    parser.add_argument("--out", type=Path, default=Path("build/experiments/detection"),
-                        help="folder for runs.json")
-    chosen = parser.parse_args()
-    make_folder(chosen.out)
+    seeds, folder = seeds_and_folder("host.experiments.detection", main.__doc__, seeds=3,
+                                     folder="detection")
     console = Console()
     for name in TAPES:
         build_simulator(machines.load(name), console)
     trials = [Trial(name, *rule, seed) for seed, name, rule in product(
-        range(1, chosen.seeds + 1), TAPES, RULES)]
+        range(1, seeds + 1), TAPES, RULES)]
     runs = in_parallel(run, trials, lambda one: console.print(
         f"{one['machine']}, {one['needed']} of {one['window']}, seed {one['seed']}: "
         f"{one['outcome']} after {one['time_s']:.1f} s", soft_wrap=True))
     runs.sort(key=lambda one: one["seed"])
-    (chosen.out / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
+    (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
     for name in TAPES:
         console.print("\n".join(markdown(table(runs, name))), soft_wrap=True)
 

@@ -47,7 +47,7 @@ BACK = STATES.index("retracting"), STATES.index("at_limit")
 FIGURES = {
     "time_s": ("time on the machine, s", 2), "retractions": ("retractions", 1),
     "arcs": ("arcs", 0), "shorted_s": ("gap shorted (Ss), s", 3),
-    "beyond_um": ("furthest beyond the command, µm", 1), "pressed_um": ("pressed in, µm", 2),
+    "beyond_um": ("furthest beyond the command while it goes back, µm", 1),
 }
 
 
@@ -85,9 +85,8 @@ def run(trial: Trial) -> Record:
         "arcs": arcs,
         "shorted_s": float(step_s[trace["shorted"] > 0].sum()),
         "beyond_um": beyond_um(trace, machine.pulses_per_mm),
-        "pressed_um": max(0.0, -float(trace["gap_um"].min(initial=0.0))),
         "chains": [{"speed": speed} | asdict(one) for one, speed in
-                   zip(found, clearing.speeds(job.events), strict=False)]}
+                   zip(found, clearing.speeds(job.events), strict=True)]}
 
 
 def _order(one: Record) -> tuple[int, int]:
@@ -135,6 +134,11 @@ def statistics(runs: Iterable[Record]) -> list[Record]:
     return rows
 
 
+def _of(figure: Record, row: Record) -> str:
+    """How many shorts got so far, unless all did: a retraction may be shorter than a distance."""
+    return "" if figure["shorts"] == row["shorts"] else f" (of {figure['shorts']})"
+
+
 def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
     """Links down, retraction speeds and loops across: median, 99th percentile and worst."""
     made = Table(box=style)
@@ -144,7 +148,7 @@ def table(rows: list[Record], style: box.Box = box.SIMPLE_HEAD) -> Table:
     made.add_row("shorts", *(str(row["shorts"]) for row in rows))
     for link, (title, unit) in clearing.LINKS.items():
         made.add_row(f"{title}, {unit}", *(
-            f"{one['median']:.2f}; {one['p99']:.2f}; {one['worst']:.2f}"
+            f"{one['median']:.2f}; {one['p99']:.2f}; {one['worst']:.2f}" + _of(one, row)
             if (one := row[link]) else "" for row in rows))
     for um in clearing.CLEAR_UM:
         cleared = [row[f"clear_{um}_um_ms"] for row in rows]

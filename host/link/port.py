@@ -44,7 +44,7 @@ class Port:
     Raises
     ------
     UsageError
-        If the name cannot be that of a port, or there is no such port.
+        If the name cannot be that of a port, there is no such port, or it has no such rate.
     PortError
         If the port cannot be opened. ``read`` and ``write`` raise it when the connection is lost.
     """
@@ -61,6 +61,8 @@ class Port:
                 write_timeout=None if url.startswith("rfc2217:") else WRITE_S)  # it has none
         except (serial.SerialException, OSError) as error:
             raise _cannot_open(url, error) from error
+        except (OverflowError, ValueError) as error:
+            raise UsageError(f"{url} cannot carry {baud} bits a second.") from error
 
     def write(self, data: bytes) -> None:
         """Send all of ``data``."""

@@ -21,14 +21,16 @@ def ways_of(toward: str) -> dict[str, int]:
     Raises
     ------
     UsageError
-        If the text is no such list of directions.
+        If the text is no such list of directions, or an axis is named twice.
     """
     text = toward.upper()
     pairs = [text[start:start + 2] for start in range(0, len(text), 2)]
     ways = {pair[0]: 1 if pair[1:] == "+" else -1 for pair in pairs}
     if not pairs or any(len(pair) != 2 or pair[0] not in AXES or pair[1] not in "+-"
-                        for pair in pairs) or len(ways) != len(pairs):
+                        for pair in pairs):
         raise UsageError(f'"{toward}" is no direction; write an axis and a sign, such as X+.')
+    if len(ways) != len(pairs):
+        raise UsageError(f'"{toward}" names an axis twice.')
     return ways
 
 

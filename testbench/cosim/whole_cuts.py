@@ -5,11 +5,9 @@
 removal, charge of the sparks, surface, shorts, and the drop Ex of the mean voltage along the path.
 """
 
-import argparse
 import json
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from statistics import fmean, pstdev
 from typing import Any
 
@@ -20,7 +18,13 @@ from rich.console import Console
 from rich.table import Table
 
 from host.experiments import fluid
-from host.experiments.common import add_figures, in_parallel, make_folder, markdown, summed_up
+from host.experiments.common import (
+    add_figures,
+    in_parallel,
+    markdown,
+    seeds_and_folder,
+    summed_up,
+)
 from host.machines import machine as machines
 from host.run.workpiece import Columns
 from rtl.states import State
@@ -202,22 +206,17 @@ def table(runs: list[dict], style: box.Box = box.MARKDOWN) -> Table:
 
 def main() -> None:
     """Print the table, as Markdown."""
-    parser = argparse.ArgumentParser(prog="python -m testbench.cosim.whole_cuts",
-                                     description=main.__doc__)
-    parser.add_argument("--seeds", type=int, default=10, help="runs of each kind: seeds 1 to N")
-    parser.add_argument("--out", type=Path, default=Path("build/experiments/whole_cuts"),
-                        help="folder for runs.json, which has every run as soon as it has ended")
-    chosen = parser.parse_args()
-    make_folder(chosen.out)
+    seeds, folder = seeds_and_folder("testbench.cosim.whole_cuts", main.__doc__, seeds=10,
+                                     folder="whole_cuts")
     console, runs = Console(), []
 
     def tell(one: dict) -> None:
         runs.append(one)
-        (chosen.out / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
+        (folder / "runs.json").write_text(json.dumps(runs, indent=2) + "\n", encoding="utf-8")
         console.print(f"{one['place']}, {one['words']}, seed {one['seed']}: {one['outcome']} after "
                       f"{one['time_s']:.1f} s", soft_wrap=True)
     in_parallel(figures_of, [(place, words, seed) for seed, place in product(
-        range(1, chosen.seeds + 1), PLACES) for words in WORDS[place]], tell)
+        range(1, seeds + 1), PLACES) for words in WORDS[place]], tell)
     runs.sort(key=lambda one: one["seed"])
     console.print("\n".join(markdown(table(runs))), soft_wrap=True)
 

@@ -165,3 +165,16 @@ def test_wrong_options_are_refused(arguments, message):
     assert done.returncode == 2
     assert message in done.stdout + done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(("options", "said"), [
+    (("--seeds", "0"), "--seeds must be 1 or more."),
+    (("--seeds", "x"), "invalid int value: 'x'"),
+    (("--out", f"{__file__}/runs"), f"{__file__}/runs cannot be written: Not a directory."),
+])
+def test_what_a_module_of_an_experiment_cannot_do_is_one_sentence(
+        options, said, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["x", *options])
+    with pytest.raises(SystemExit, match="2"):
+        common.seeds_and_folder("host.experiments.x", "About.", seeds=3, folder="x")
+    assert said in capsys.readouterr().err.splitlines()[-1]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``gapkeeper experiment shorts``: its figures on invented runs, and its tables."""
 
+import io
 import json
 
 import numpy as np
@@ -43,6 +44,14 @@ def test_shorts_of_all_seeds_count_together():
     assert fed["clear_100_um_ms"] is None
     assert [row["clear_20_um_ms"] for row in fast] == [None, None]
     assert fed["sample_ms"]["median"] == pytest.approx(4)
+
+
+def test_the_table_says_if_not_all_shorts_got_so_far():
+    some = [*RUNS, run("feed-forward", 4)]
+    some[-1]["chains"][0]["clear"][20] = None
+    Console(file=(text := io.StringIO()), width=250).print(table(statistics(some), box.MARKDOWN))
+    (row,) = [one for one in text.getvalue().splitlines() if "sample to 20 µm clear" in one]
+    assert [" (of 3)" in cell for cell in row.split("|")[2:4]] == [True, False]
 
 
 def test_runs_that_were_stored_have_the_same_figures():

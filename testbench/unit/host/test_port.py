@@ -3,12 +3,19 @@
 
 import re
 import socket
+from contextlib import closing
 
 import pytest
 
 from host.errors import UsageError, UserError
 from host.link.port import Port, PortError
 from host.link.serve import PORT, UNREAD, Pty, Tcp, split_address
+
+
+@pytest.mark.parametrize("baud", [99_999_999_999, -1])
+def test_a_rate_that_no_port_has_is_one_sentence(baud):
+    with closing(Pty(print)) as line, pytest.raises(UsageError, match=f"cannot carry {baud} bits"):
+        Port(line.url, baud)
 
 
 @pytest.mark.parametrize(("url", "kind", "message"), [

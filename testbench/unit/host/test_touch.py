@@ -165,7 +165,7 @@ def test_a_slow_touch_without_contact_ends_it():
     ({"shape": "edge", "toward": "X"}, '"X" is no direction'),
     ({"shape": "edge", "toward": "X+Y+"}, "an edge needs one direction"),
     ({"shape": "corner", "toward": "X+"}, "a corner needs one of X and one of Y"),
-    ({"shape": "corner", "toward": "X+X-"}, "is no direction"),
+    ({"shape": "corner", "toward": "X+X-"}, '"X+X-" names an axis twice'),
     ({"shape": "boss"}, "a boss needs a size above 0"),
     ({"shape": "cave", "toward": "X+"}, 'there is no "cave" to touch'),
 ])
