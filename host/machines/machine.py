@@ -14,7 +14,7 @@ from host.machines.axis_tables import LARGEST_PITCH_UM
 from host.machines.drives import of_drives
 from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, bounds, entries
 from softcore.tables.conditions import level_max
-from softcore.tables.settings import PITCH_POINTS, named, of_number
+from softcore.tables.settings import COARSEST_CODER, PITCH_POINTS, named, of_number
 
 BUILT_IN = Path(__file__).parent
 CONVERTER_V = 100.0     # gap voltage at the converter's full scale
@@ -67,7 +67,7 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
         return 0, (f"stock.steps must be 1 to {STEPS} pairs of a place in mm and a width of 0 to "
                    "10000 um, the places growing.")
     if path[1:2] == ["pitch_error_um"]:
-        return 0, (f"{path[0]}.pitch_error_um must be at most {PITCH_POINTS} errors of "
+        return 0, (f"{path[0]}.pitch_error_um must be a list of 2 to {PITCH_POINTS} errors of "
                    f"-{LARGEST_PITCH_UM} to {LARGEST_PITCH_UM} um.")
     value: Any = tables
     for part in path:
@@ -200,6 +200,22 @@ def _check_current(machine: Machine) -> None:
             f"step as {counted} mA (settings.{setting.number}).")
 
 
+def _check_gears(machine: Machine) -> None:
+    """Refuse settings of a gear that the controller would not put into force."""
+    values = machine.settings
+    step_axes = values.get(str(named("step_axes").number), 0)
+    for index, axis in enumerate(DRIVES):
+        steps, pulses = (values.get(str(named(f"gear_{what}_{axis}").number),
+                                    named(f"gear_{what}_{axis}").default)
+                         for what in ("steps", "pulses"))
+        if steps > pulses or (not step_axes >> index & 1 and steps * COARSEST_CODER < pulses):
+            raise UsageError(
+                f"machine {machine.name}: settings.{named(f'gear_steps_{axis}').number} and "
+                f"settings.{named(f'gear_pulses_{axis}').number} give {axis} {steps} steps or "
+                f"edges for {pulses} pulses; there are at most as many, and with a coder at least "
+                f"one for {COARSEST_CODER}.")
+
+
 def load(name: str) -> Machine:
     """Machine by name or by the path of its TOML file.
 
@@ -218,6 +234,6 @@ def load(name: str) -> Machine:
     tables = _upon_base(path.stem, _tables(path))
     _check(path.stem, tables)
     machine = Machine(path.stem, tables)
-    _ = machine.settings    # refuses a gear that there is not
+    _check_gears(machine)
     _check_current(machine)
     return machine

@@ -16,7 +16,8 @@ class Index(wiring.Component):
     A coder raises its index once in a turn. The line has the filter of the phases (``Encoder``), so
     with the same ``samples`` its latency is theirs too: with the first clock of a clean high level
     as clock 0, ``found`` is high in clock ``samples``, in which ``fp`` of an edge of clock 0 is
-    high. The place of the index is the count in the clock after, which has that pulse.
+    high. The place of the index is the count in the clock after, which has that pulse; that of a
+    coder coarser than a pulse comes some clocks later, and the place is then within its edge.
 
     An order names the axes that are armed from the next clock on, and disarms the others. Only a
     rise counts: an index that is high already must go and come again. ``found`` disarms its axis;

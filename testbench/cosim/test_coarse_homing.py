@@ -13,11 +13,16 @@ from testbench.some import some
 REST_S = 2.0
 
 
-def machine(edges_mm):
-    """The sinker with its switches near, without scatter; its coders have so many edges per mm."""
+def machine(edges_mm, brake_mm_s2=SINKER.tables["axis"]["brake_mm_s2"], **x):
+    """The sinker with its switches near, without scatter; its coders have so many edges per mm.
+
+    ``x`` are numbers of the table of its X axis.
+    """
     side = {**SINKER.tables["side"], "limit_low_mm": -SWITCH_MM, "limit_high_mm": SWITCH_MM,
             "limit_scatter_um": 0}
     axes = {axis: {**SINKER.tables[axis], "steps_per_turn": edges_mm} for axis in "xyz"}
+    axes["x"] |= x
+    axes["axis"] = {**SINKER.tables["axis"], "brake_mm_s2": brake_mm_s2}
     return Simulation(machine={**SINKER.tables, "side": side, **axes},
                       clock_hz=SINKER.clock_hz, seed=1, trace=False)
 

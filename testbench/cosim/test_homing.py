@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Homing on the simulated machine's reference switches: its frame against the true places."""
 
+from functools import cache
+
 import pytest
 
 from host.machines import machine as machines
 from softcore.tables.settings import assign
 from testbench.cosim import homing
 from testbench.native.simulation import Simulation
+from testbench.some import some
 
 SINKER = machines.load("sinker")
 SWITCH_MM = 1.0         # from the start of the axes; as delivered a run would be long
@@ -66,3 +69,41 @@ def test_as_delivered_on_the_whole_travel():
         pull_off = 1 if axis != "z" else -1
         error = (found[axis] - (end - pull_off - switch)) * 1000
         assert abs(error) <= SCATTER_UM / 2 + PULSE_UM, (axis, error)
+
+
+def homed(report_at=None):
+    """Clocks from `$H` to the motion off the switch; a report is asked for at one of them.
+
+    Also the alarms.
+    """
+    side = {**SINKER.tables["side"], "limit_low_mm": -0.5, "limit_scatter_um": 0}
+    lines = [assign(*one) for one in (homing.SETTINGS | {"home_order": 1}).items()]
+    with Simulation(machine={**SINKER.tables, "side": side}, clock_hz=SINKER.clock_hz, seed=1,
+                    trace=False) as session:
+        job = homing.begin(session, *lines)
+        job.link.command("$POSITION=HERE")
+        job.link.command("G91 G01 X0.05 F300")
+        job.run(session.clock_hz // 2)
+        job.link.send_line("$H")
+        began = session.cycle
+        if report_at:
+            job.run(report_at)
+            session.send(b"?")
+        for safe in True, False:
+            job.until(lambda safe=safe: job.probe("safety_status_safe") == safe, "a switch",
+                      step=250)
+        unlocked = session.cycle - began
+        job.run(session.clock_hz // 20)
+        return unlocked, job.told("alarm")
+
+
+@cache
+def usual():
+    return homed()
+
+
+@pytest.mark.parametrize("before", some(range(500, 14_500, 500), 7000, 12_000))
+def test_a_report_that_comes_as_the_switch_trips_leaves_time_for_the_watchdog(before):
+    unlocked, alarms = usual()
+    assert not alarms
+    assert not homed(unlocked - before)[1]

@@ -28,17 +28,28 @@ def true_x(job):
     return job.session.get("read.x_pulses")
 
 
+def go(job, line):
+    job.link.command(line)
+    job.run(job.session.clock_hz // 5)
+    return rests(job)
+
+
 def onto_the_lower_switch(job):
     """Jog X until its switch trips, unlock, and return where it rests, in pulses."""
-    job.link.send_line("$J=G91 X-2 F300")
+    trip(job)
+    job.link.command("$X")
+    job.run(job.session.clock_hz // 10)
+    return true_x(job)
+
+
+def trip(job, feed=300):
+    """Jog X until its switch trips."""
+    job.link.send_line(f"$J=G91 X-2 F{feed}")
     end = job.session.cycle + 2 * job.session.clock_hz
     while job.link.status()["state"] != "Alarm":
         assert job.session.cycle < end
         job.run(job.session.clock_hz // 50)
     job.run(job.session.clock_hz // 5)
-    job.link.command("$X")
-    job.run(job.session.clock_hz // 10)
-    return true_x(job)
 
 
 def lowest(job, seconds):
@@ -88,8 +99,47 @@ def test_the_axis_stays_where_its_position_is_accepted(error_um):
         job.link.command("$POSITION=HERE")
         assert lowest(job, 0.2) > -1
         assert true_x(job) < 1
-        job.link.command("G91 G01 X0.4 F300")
-        job.run(session.clock_hz // 5)
-        rests(job)
+        go(job, "G91 G01 X0.4 F300")
         # The motor stands lower by the 4 um that the screw takes the axis further.
         assert true_x(job) == pytest.approx(4000 - 40, abs=2)
+
+
+@pytest.mark.parametrize("rise_um", [1000, -1000])
+def test_an_unlock_on_a_switch_moves_nothing_with_the_steepest_table(rise_um):
+    """The axis coasted on after the switch had tripped."""
+    steep = {"pitch_points_x": 2, "pitch_first_x": 100_000, "pitch_step_x": 1_000_000,
+             "pitch_x_1": NO_PITCH_ERROR, "pitch_x_2": NO_PITCH_ERROR + rise_um}
+    with machine(FINE, brake_mm_s2=20) as session:
+        job = begin(session, **steep)
+        job.link.command("$POSITION=HERE")
+        trip(job, 600)
+        job.run(2 * session.clock_hz)
+        place = true_x(job)
+        assert place < -15_000, "it coasted"
+        job.link.command("$X")
+        job.run(session.clock_hz // 5)
+        assert true_x(job) == pytest.approx(place, abs=2)
+
+
+@pytest.mark.parametrize("screws", [False, True])
+def test_homing_of_another_axis_leaves_a_backlash_as_it_is_made_up_for(screws):
+    made_up = {"home_order": 2, "backlash_x": 500} | ({"pitch_points_y": 2} if screws else {})
+    with machine(FINE, backlash_um=50) as session:
+        job = begin(session, **made_up)
+        job.link.command("$POSITION=HERE")
+        go(job, "G91 G01 X0.2 F300")
+        go(job, "G91 G01 X-0.2 F300")
+        assert "Lost" not in go(job, "$H")
+        go(job, "G91 G01 X0.2 F300")
+        assert true_x(job) == pytest.approx(2000, abs=2)
+
+
+@pytest.mark.parametrize("screws", [False, True])
+def test_a_backlash_wider_than_the_pull_off_is_homed_from_a_pressed_switch(screws):
+    made_up = {"backlash_x": 2000} | ({"pitch_points_x": 2} if screws else {})
+    with machine(FINE, backlash_um=200) as session:
+        job = begin(session, **made_up)
+        job.link.command("$POSITION=HERE")
+        trip(job)
+        assert "Lost" not in go(job, "$H")
+        assert len(job.told("alarm")) == 1, "that of the jog"

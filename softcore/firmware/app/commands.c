@@ -196,7 +196,8 @@ __attribute__((noinline)) static void assign(const char *line, uint32_t length, 
     bool loses = settings_of_drive(number) && settings_get(settings_find(number)) != value;
     if (program_running() && !settings_switch(number))
         fault_at(f, FAULT_BUSY, 0, "settings cannot change while a program runs");
-    else if ((machine_machining() || !stands()) && settings_guard(number))
+    else if (((machine_machining() || !stands()) && settings_guard(number)) ||
+             (loses && !status_idle() && !machine_locked()))
         fault_at(f, FAULT_BUSY, 0, "setting %u guards the machine: M05 and rest come first", number);
     else if (settings_enter(number, value, f)) {
         watch_between(); /* conversions take divisions of 64 bits */

@@ -15,6 +15,7 @@
 #include "base/pitch.h"
 #include "base/settings.h"
 #include "base/units.h"
+#include "base/watch.h"
 #include "hal/hal.h"
 #include "path/path.h"
 
@@ -52,6 +53,8 @@ static void seek(void) {
         homing_axis_go(-AGAIN * homing_axis_pull_off(), settings_get(SET_HOME_SLOW_MM_MIN) * 1000);
         return;
     }
+    if (settings_screws())
+        settings_renew_screw(homing_now.axis); /* so that what is made up for does not add up */
     /* As grbl: at most 1.5 times the travel. */
     uint32_t um = settings_travel_um(homing_now.axis) / 2 * 3;
     uint32_t most = UNITS_POSITION_LIMIT / (uint32_t)units_pulses_of_um(1);
@@ -128,11 +131,10 @@ static void stopped(void) {
         return;
     if (homing_now.axis == HAL_AXES) {
         machine_run(false);
-        if (settings_screws())
-            settings_renew_screws(); /* so that what is made up for does not add up */
         control_begin_path();
         next();
     } else if (machine_clear(&f)) {
+        watch_between();
         control_begin_path();
         leave();
     } else {

@@ -4,11 +4,12 @@
 #include "app/machine.h"
 #include "base/pitch.h"
 #include "base/watch.h"
+#include "hal/hal.h"
 
 #include "base/rare.h"
 
 __attribute__((noinline)) void pitch_watch_step(void) {
     watch_between(); /* a pass of the three axes takes some 1000 clocks */
-    if (!machine_locked() && !machine_position_lost())
+    if (!machine_locked() && !machine_position_lost() && !hal_limits_read().leaving)
         pitch_follow();
 }

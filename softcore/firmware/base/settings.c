@@ -229,11 +229,9 @@ void settings_put_pitch(unsigned axis, int32_t pulses) {
     hal_axis_pitch(axis, pulses);
 }
 
-void settings_renew_screws(void) {
-    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
-        settings_put_pitch(axis, 0);
-        hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
-    }
+void settings_renew_screw(unsigned axis) {
+    settings_put_pitch(axis, 0);
+    hal_axis_backlash(axis, values[SET_BACKLASH_X + axis]);
 }
 
 /* Writing gear and backlash begins both anew. A gear that does not fit is not written; the position
@@ -244,8 +242,8 @@ void settings_renew_drives(void) {
         write_mode(axis);
         if (gear_fits(axis))
             hal_axis_gear(axis, values[SET_GEAR_STEPS_X + axis], values[SET_GEAR_PULSES_X + axis]);
+        settings_renew_screw(axis);
     }
-    settings_renew_screws();
 }
 
 /* Clocks of a time of the step pulses: an axis's own one, or that of all. */
@@ -413,8 +411,8 @@ bool settings_set(uint32_t number, uint32_t value) {
     case GROUP_MOTION: apply_motion(); break;
     case GROUP_TRAVEL: apply_travel(); break;
     case GROUP_AXES: apply_axes(); break;
-    case GROUP_DRIVES: settings_renew_drives(); break;
-    case GROUP_PITCH: settings_renew_screws(); break;
+    case GROUP_DRIVES:
+    case GROUP_PITCH: settings_renew_drives(); break;
     case GROUP_SIDE: apply_side(); break;
     case GROUP_LOOP: apply_loop(); break;
     default: break; /* read where it is needed */

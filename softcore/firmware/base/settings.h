@@ -33,9 +33,9 @@ bool settings_screws(void);
 int32_t settings_pitch(unsigned axis);
 void settings_put_pitch(unsigned axis, int32_t pulses);
 
-/* Backlash and pitch begin anew: each axis counts as having come up, and nothing is made up for. No
-   axis moves by it, so their places are lost. */
-void settings_renew_screws(void);
+/* Backlash and pitch of an axis begin anew: it counts as having come up, and nothing is made up for.
+   It does not move by it, so its place is lost. */
+void settings_renew_screw(unsigned axis);
 
 /* The setting with a number, SETTINGS if there is none; the number of a setting, and its row. */
 setting settings_find(uint32_t number);

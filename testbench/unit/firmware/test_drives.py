@@ -8,7 +8,7 @@ import pytest
 from softcore.tables.causes import numbers
 from softcore.tables.faults import error_line
 from softcore.tables.settings import COARSEST_CODER, LARGEST_GEAR, NO_OFFSET, assign, named
-from testbench.firmware import Controller
+from testbench.firmware import REST, Controller
 from testbench.travel import load
 
 CLOCK_HZ = 2_000_000
@@ -225,3 +225,17 @@ def test_where_axes_limit_the_speed_junctions_are_corners(machine):
     free.unlock()
     load(free, *blocks)
     assert free.bound("fast_ahead") == 30_000, "the bends are none"
+
+
+@pytest.mark.parametrize("name", ["pitch_points_x", "backlash_x", "gear_steps_x"])
+def test_what_loses_the_position_waits_until_a_held_motion_has_ended(machine, name):
+    machine.library.gk_speed(11)
+    machine.line("G91 G94 G01 X1 F60", 100)
+    machine.send(b"!")
+    machine.run(2 * REST)
+    said, answer = machine.line(assign(name, 5))
+    assert "M05 and rest come first" in said
+    assert answer == "error:8"
+    machine.send(b"~")
+    machine.run(1500)
+    assert machine.line(assign(name, 5))[-1] == "ok"

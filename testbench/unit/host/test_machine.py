@@ -81,6 +81,9 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
                r"them\."),
     ("562 = 3", r"settings\.562 \(pitch_points_x\) belongs to the table of a screw's error; a "
                 r"machine's file gives it as pitch_error_um of the axis\."),
+    ("520 = 100", r"settings\.520 and settings\.523 give x 100 steps or edges for 10000 pulses; "
+                  r"there are at most as many, and with a coder at least one for 20\."),
+    ("522 = 20000", r"settings\.522 and settings\.525 give z 20000 steps or edges for .*"),
     ("400 = 33", r"settings\.400 \(short_needed\) must be 1 to 32, not 33\."),
 ])
 def test_a_setting_that_the_controller_would_refuse_is_refused_at_once(workdir, line, said):
@@ -240,7 +243,7 @@ def test_the_pitch_error_of_an_axis_is_a_table_of_the_controller(workdir):
             ("pitch_y_2", 5012), ("pitch_y_3", 4980))}
 
 
-TABLE_BOUND = "z.pitch_error_um must be at most 16 errors of -409.5 to 409.5 um."
+TABLE_BOUND = "z.pitch_error_um must be a list of 2 to 16 errors of -409.5 to 409.5 um."
 
 
 @pytest.mark.parametrize(("errors", "said"), [
