@@ -43,6 +43,8 @@ static bool leaves(void) {
     bool left = false;
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         int32_t at = hal_axis_position(axis);
+        if (at == stood[axis]) /* mostly; the edge takes a division */
+            continue;
         uint32_t reach = settings_edge(axis) + rests;
         uint32_t way = (uint32_t)at - (uint32_t)stood[axis] + reach;
         if (way > 2 * reach) {
