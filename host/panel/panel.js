@@ -16,7 +16,8 @@ const jogStart = (axis, way) => {
   finger = setInterval(tell, 100);
   tell();
 };
-setInterval(() => emitEvent("panel_here", {beat: beat()}), 1000);
+// On a slow computer the page's own script, which has emitEvent, may come more than a second later.
+setInterval(() => typeof emitEvent === "function" && emitEvent("panel_here", {beat: beat()}), 1000);
 for (const end of ["pointerup", "pointercancel", "blur", "pagehide"]) addEventListener(end, jogEnd);
 document.addEventListener("visibilitychange", () => document.hidden && jogEnd());
 document.addEventListener("contextmenu", event => finger !== null && event.preventDefault());
