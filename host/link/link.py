@@ -5,13 +5,9 @@
 them out of the stream. So they never occur within lines or frames.
 
 **Lines** follow grbl 1.1: each is answered ``ok`` or ``error:N``. A line may have a number and a
-check, and those of this host always do::
-
-    @17 G00 X1*5A3C
-
-The check is the CRC of everything before the ``*``, in four hexadecimal digits. The answer names
-the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting and rise by 1,
-modulo 65536. One of the last 64 lines that comes again gets the same answer again, and is not
+check, and those of this host always do; ``host.link.framing`` describes their form. The answer
+names the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after every greeting and rise
+by 1, modulo 65536. One of the last 64 lines that comes again gets the same answer again, and is not
 carried out again. Any other number, a wrong check, and a line in which the receiver saw an error
 are refused whole by ``error:108``, with the number if it could be read. This host then sends the
 line again, and also if no answer comes.
@@ -21,23 +17,11 @@ refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing. S
 starts a motion or makes one faster. The lines ``$RESUME`` and ``$RETRACT`` replace `~` and 0xB0.
 They work at any time: while a tape runs or is being sent, and ahead of lines that wait.
 
-**Tape frames** carry punched bytes::
-
-    0x02, then stuffed: length n, sequence, n bytes, CRC high, CRC low, then bare: 0x03
-
-with the CRC over length, sequence and bytes. *Stuffed* means that a byte of ``linkmap.STUFFED`` is
-sent as 0x10 and the byte with bit 6 inverted. So 0x02 always begins a frame, and a real-time byte
-is never part of one. Any damage to a single byte of a frame is detected: by the CRC if the length
-is right, else by the place of 0x03.
-
-The controller answers 0x06 sequence (taken) or 0x15 sequence (damaged, send again), and nothing
-while its buffer is full. A frame without answer is sent again after a time-out, and a sequence
-number seen twice is taken once. So, by CRC and sequence, no byte of a tape is lost or doubled.
-
-Length 0 begins a tape, length 0xFF says that no more bytes follow. The frames of a tape are
-numbered from 0, modulo 256. The frame that begins the tape has number 255, so that a late answer to
-it is not mistaken for the answer to the first bytes. Between the frames of a tape only numbered
-lines are accepted.
+**Tape frames** carry punched bytes; their form is in ``host.link.framing``. The controller answers
+0x06 sequence (taken) or 0x15 sequence (damaged, send again), and nothing while its buffer is full.
+A frame without answer is sent again after a time-out, and a sequence number seen twice is taken
+once. So, by CRC and sequence, no byte of a tape is lost or doubled. Between the frames of a tape
+only numbered lines are accepted.
 
 **A held processor** sends nothing more. After a fault of its memory, or when it has not answered
 the watchdog for too long, the gateware takes the line over. It sends one of these about every
@@ -47,26 +31,21 @@ second until the controller is switched off and on::
     ALARM:155 watchdog: the processor does not answer
 
 It may come in the middle of a line, which must then be ignored.
-
-Ref: CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF): check value 0x29B1 for ``123456789``.
 """
 
-import json
 import re
-from binascii import crc_hqx
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 from host import alarms
-from host.errors import ALARM, UsageError, UserError
+from host.errors import ALARM, UserError
 from host.link.compact import Expander
-from softcore.linkmap import FRAME_END, FRAME_ESCAPE, FRAME_FLIP, FRAME_START, REALTIME, STUFFED
+from host.link.framing import check_line, frames, numbered
+from softcore.linkmap import REALTIME
 from softcore.tables.faults import error_line
 
 TAKEN, AGAIN = 0x06, 0x15
-PAYLOAD = 64
-BEGIN, FINISH = 0x00, 0xFF
 
 _BYTES = {realtime.name: bytes([realtime.byte]) for realtime in REALTIME}
 STATUS, HOLD, RESET = (_BYTES[name] for name in ("status", "hold", "reset"))
@@ -79,7 +58,6 @@ ANSWER_TIMEOUT_S = 2.0
 UNANSWERED_FRAMES = 20    # then the controller is asked for its status
 DAMAGED = 10              # times in a row that a frame or a line may arrive damaged
 POLL_S = 0.01             # longest time between two looks at ``stop``
-LONGEST_LINE = 255        # characters of a line's text
 NUMBERS = 1 << 16
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
@@ -109,8 +87,10 @@ class HeldError(LinkError):
 def held_by(line: str) -> tuple[int, str] | None:
     """Code and sentence of the alarm if a line says that the processor is held, else None."""
     told = _HELD.fullmatch(line)
-    return told and (int(told[1]), f"{told[2]}: the processor is held until the controller is "
-                     "switched off and on.")
+    if told is None:
+        return None
+    return int(told[1]), (f"{told[2]}: the processor is held until the controller is switched off "
+                          "and on.")
 
 
 def is_cut(line: str) -> bool:
@@ -140,60 +120,6 @@ class BytePipe(Protocol):
 
     def time_s(self) -> float:
         """Seconds of the pipe's own clock: simulated ones in a simulation."""
-
-
-def crc(data: bytes) -> int:
-    """CRC-16/CCITT-FALSE."""
-    return crc_hqx(data, 0xFFFF)
-
-
-def check_line(line: str) -> None:
-    """Check that ``line`` can be sent as one line of line mode.
-
-    Raises
-    ------
-    UsageError
-        If it is empty or too long, or holds a character that is not printable ASCII or acts as a
-        real-time byte.
-    """
-    wrong = next((char for char in line if not " " <= char <= "~" or char in "?!~"), None)
-    if wrong is not None:
-        said, char = (json.dumps(text, ensure_ascii=False) for text in (line, wrong))
-        raise UsageError(f"the line {said} cannot be entered by hand: {char} is no character of a "
-                         "block.")
-    if not line.strip():
-        raise UsageError("an empty line cannot be entered by hand.")
-    if len(line) > LONGEST_LINE:
-        raise UsageError(f'the line "{line[:20]}…" cannot be entered by hand: it has {len(line)} '
-                         f"characters, and the controller takes {LONGEST_LINE}.")
-
-
-def numbered(number: int, line: str) -> bytes:
-    """Bytes of a line with its number and check."""
-    text = f"@{number} {line}".encode("ascii")
-    return text + b"*%04X\n" % crc(text)
-
-
-def stuffed(data: bytes) -> bytes:
-    """``data`` with its special bytes replaced, as it is sent within a frame."""
-    return b"".join(bytes([FRAME_ESCAPE, byte ^ FRAME_FLIP]) if byte in STUFFED else bytes([byte])
-                    for byte in data)
-
-
-def frame(length: int, sequence: int, payload: bytes = b"") -> bytes:
-    """Bytes of one frame. ``length`` is that of the payload, or ``BEGIN`` or ``FINISH``."""
-    body = bytes([length, sequence]) + payload
-    return bytes([FRAME_START, *stuffed(body + crc(body).to_bytes(2)), FRAME_END])
-
-
-def frames(rows: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield the frames of a tape, each with its sequence number."""
-    yield 0xFF, frame(BEGIN, 0xFF)
-    payloads = [rows[start:start + PAYLOAD] for start in range(0, len(rows), PAYLOAD)]
-    for number, payload in enumerate(payloads):
-        sequence = number % 256
-        yield sequence, frame(len(payload), sequence, payload)
-    yield (last := len(payloads) % 256), frame(FINISH, last)
 
 
 @dataclass
@@ -476,7 +402,8 @@ class Link:
             self._open.clear()
             self._held = held[1]
         elif line.startswith("<"):
-            self._report = line.strip("<>") if line.endswith(">") else self._report
+            if line.endswith(">"):
+                self._report = line.strip("<>")
         elif is_cut(line):
             return
         elif line.startswith(GREETING):

@@ -14,18 +14,8 @@ from typing import Any
 
 from host import alarms
 from host.errors import UserError
-from host.link.link import (
-    HOLD,
-    RESET,
-    RESUME,
-    RETRACT,
-    STATUS,
-    Link,
-    LinkError,
-    RefusedError,
-    Sent,
-    check_line,
-)
+from host.link.framing import check_line
+from host.link.link import HOLD, RESET, RESUME, RETRACT, STATUS, Link, LinkError, RefusedError, Sent
 from host.machines.machine import Machine
 from host.panel.heard import Heard
 from host.panel.job import Job

@@ -17,7 +17,7 @@ from rich.status import Status
 
 from host import alarms
 from host.errors import TapeError, UsageError, UserError
-from host.link.link import check_line
+from host.link.framing import check_line
 from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine

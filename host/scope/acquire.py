@@ -10,7 +10,8 @@ import re
 from dataclasses import dataclass
 
 from host.errors import UsageError, UserError
-from host.link.link import LinkError, crc
+from host.link.framing import crc
+from host.link.link import LinkError
 from host.machines.machine import CONVERTER_V
 from host.scope.record import Record
 

@@ -5,7 +5,7 @@ import ctypes
 from collections.abc import Sequence
 
 from host.errors import TapeError, UsageError
-from host.link.link import check_line
+from host.link.framing import check_line
 from host.machines.machine import Machine
 from host.tape.tape import Tape
 

@@ -5,7 +5,8 @@ import random
 import re
 from collections.abc import Sequence
 
-from host.link.link import AGAIN, TAKEN, frame, frames
+from host.link.framing import frame, frames
+from host.link.link import AGAIN, TAKEN
 from host.machines import machine as machines
 from host.run.run import Run
 from host.run.simulation import Simulation as Piped

@@ -3,7 +3,8 @@
 
 import re
 
-from host.link.link import Link, frames
+from host.link.framing import frames
+from host.link.link import Link
 from host.machines import machine as machines
 from host.tape.tape import encode
 from testbench.native.simulation import Simulation

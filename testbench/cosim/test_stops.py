@@ -3,7 +3,8 @@
 
 import pytest
 
-from host.link.link import HOLD, RESET, frame, frames, numbered
+from host.link.framing import frame, frames, numbered
+from host.link.link import HOLD, RESET
 from host.machines import machine as machines
 from testbench.native.simulation import Simulation
 from testbench.native.station import Session

@@ -3,7 +3,8 @@
 
 import random
 
-from host.link.link import GREETING, HOLD, PAYLOAD, RESET, Link, RefusedError, frames
+from host.link.framing import PAYLOAD, frames
+from host.link.link import GREETING, HOLD, RESET, Link, RefusedError
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import encode
 from softcore.linkmap import REALTIME

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from host.link.link import LONGEST_LINE
+from host.link.framing import LONGEST_LINE
 from softcore.tables.faults import error_line
 from testbench.firmware import Controller, events
 from testbench.programs import punched

@@ -6,7 +6,7 @@ import struct
 import pytest
 
 from host import firmware
-from host.link.link import check_line, numbered
+from host.link.framing import check_line, numbered
 from testbench.models import firmware_slots as model
 
 

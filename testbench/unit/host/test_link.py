@@ -4,11 +4,19 @@
 import pytest
 
 from host.errors import ALARM, UsageError
+from host.link.framing import (
+    LONGEST_LINE,
+    PAYLOAD,
+    check_line,
+    crc,
+    frame,
+    frames,
+    numbered,
+    stuffed,
+)
 from host.link.link import (
     HOLD,
-    LONGEST_LINE,
     NUMBERS,
-    PAYLOAD,
     RESET,
     RESUME,
     RETRACT,
@@ -16,12 +24,6 @@ from host.link.link import (
     Link,
     LinkError,
     RefusedError,
-    check_line,
-    crc,
-    frame,
-    frames,
-    numbered,
-    stuffed,
 )
 from softcore.linkmap import REALTIME, STUFFED
 from softcore.tables.faults import error_line

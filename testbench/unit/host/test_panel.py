@@ -11,7 +11,8 @@ import time
 import pytest
 
 from host.errors import UserError
-from host.link.link import HOLD, RESET, STATUS, crc
+from host.link.framing import crc
+from host.link.link import HOLD, RESET, STATUS
 from host.machines.machine import Machine
 from host.panel.heard import Heard
 from host.panel.job import Job

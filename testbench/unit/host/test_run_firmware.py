@@ -10,7 +10,8 @@ from unittest.mock import patch
 import pytest
 
 from host.errors import UsageError
-from host.link.link import LONGEST_LINE, LinkError
+from host.link.framing import LONGEST_LINE
+from host.link.link import LinkError
 from host.machines.machine import Machine
 from host.run.run import Run
 from host.tape.codes import EIA, ISO
@@ -134,7 +135,7 @@ def test_the_longest_line_is_what_the_controller_takes():
     comment = f"({'A' * (LONGEST_LINE - 2)})"
     job, _ = run("M02", mdi=[comment])
     assert job.outcome == "end"
-    longer = patch("host.link.link.LONGEST_LINE", LONGEST_LINE + 1)
+    longer = patch("host.link.framing.LONGEST_LINE", LONGEST_LINE + 1)
     with longer, pytest.raises(LinkError, match="bad"):
         run("M02", mdi=[f"{comment} "])
 

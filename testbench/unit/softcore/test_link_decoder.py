@@ -3,7 +3,7 @@
 
 import pytest
 
-from host.link.link import frame, frames, numbered
+from host.link.framing import frame, frames, numbered
 from softcore import linkmap
 from softcore.link_decoder import LinkDecoder
 from softcore.uart import Uart
