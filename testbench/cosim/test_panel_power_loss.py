@@ -12,10 +12,11 @@ from host.panel.session import Session
 from host.panel.wires import Bench
 from host.tape.start import LAST
 from softcore.tables.settings import assign
-from testbench.cosim.power_loss import BLOCKS, MACHINE, OFF_S, SWITCH_MM, TAPE
+from testbench.cosim.power_loss import CAVITY, OFF_S, SWITCH_MM
 
 DEADLINE_S = 120.0
-NEAR = Machine(MACHINE.name, MACHINE.tables | {"side": MACHINE.tables["side"] | {
+TABLES = CAVITY.machine.tables
+NEAR = Machine(CAVITY.machine.name, TABLES | {"side": TABLES["side"] | {
     "limit_low_mm": -SWITCH_MM, "limit_high_mm": SWITCH_MM, "limit_scatter_um": 0.0}})
 HOMED = [assign("home_pull_off_um", 100), assign("home_slow_mm_min", 60), "$H"]
 
@@ -56,7 +57,7 @@ def bench():
 def test_a_tape_goes_on_where_the_power_was_lost(bench, tmp_path):
     session = Session(NEAR, lambda say: bench)
     path = tmp_path / "cavity.nc"
-    path.write_text(TAPE)
+    path.write_text(CAVITY.tape)
 
     def until(condition):
         end = time.monotonic() + DEADLINE_S
@@ -87,7 +88,7 @@ def test_a_tape_goes_on_where_the_power_was_lost(bench, tmp_path):
         time.sleep(1.0)     # the journal keeps it
         session.order("page", "choose", Job.of(path))
         assert session.order("page", "run") == ""
-        until(lambda: session.heard.line >= BLOCKS[7])
+        until(lambda: session.heard.line >= CAVITY.blocks[7])
         bench.cut = True
         until(lambda: session.link == "lost")
         assert session.order("page", "connect") == ""
@@ -95,7 +96,7 @@ def test_a_tape_goes_on_where_the_power_was_lost(bench, tmp_path):
         told = [text for _, text in session.notices if "interrupted in block" in text]
         assert len(told) == 1, session.notices
         block = int(told[0].split("block ")[1].split(":")[0])
-        assert BLOCKS[0] < block <= BLOCKS[7]
+        assert CAVITY.blocks[0] < block <= CAVITY.blocks[7]
         ready()
         assert session.order("page", "run", LAST) == ""
         until(lambda: session.heard.state == "Hold:0")

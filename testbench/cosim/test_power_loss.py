@@ -3,26 +3,42 @@
 
 import pytest
 
-from testbench.cosim.power_loss import BLOCKS, cuts, whole
+from testbench.cosim.power_loss import CAVITY, SLOT, cuts, whole
 
-# Jobs without an interruption are 360.9 to 367.5 um deep, 366.1 in the mean (seeds 1 to 10):
-# craters, debris and bridges are random. A block that is left out, or a zero that has moved, shows
-# by 50 um and more. After a cut shortly before the bottom the end of that block burns again: such
-# jobs were up to 9 um deeper.
-DEPTH_UM = 10.0
+# How much less and more may be cut than without a power cut, in um. What was cut of the interrupted
+# block already is gone through again.
+#
+# Cavities are 360.9 to 367.5 um deep without, 366.1 in the mean (seeds 1 to 10): craters, debris
+# and bridges are random. A block that is left out, or a zero that has moved, shows by 50 um and
+# more. After a cut shortly before the bottom they were up to 9 um deeper.
+#
+# The walls of a slot are 118.0 to 123.1 um from its line (seeds 1 to 6), 120.7 in the mean. What is
+# gone through twice becomes wider, by up to 7 um: a crater is 10 um deep there.
+BOUNDS_UM = {CAVITY: (10.0, 10.0), SLOT: (6.0, 12.0)}
+WORKS = [pytest.param(work, id=work.name) for work in BOUNDS_UM]
 PARTS, CUTS = 50, 20
 
 
 @pytest.fixture(scope="module")
 def uninterrupted():
-    return whole(1)
+    """Result of a work without an interruption; each is run once."""
+    done = {}
+
+    def result(work):
+        if work not in done:
+            done[work] = whole(work, 1)
+        return done[work]
+    return result
 
 
-def blocks_of(uninterrupted, seed, clocks):
+def blocks_of(work, uninterrupted, seed, clocks):
     """Blocks that cuts in these clocks interrupted; after each cut the job is done as without."""
     found = []
-    for _, block, result in cuts(seed, clocks):
-        assert result.depth_um == pytest.approx(uninterrupted.depth_um, abs=DEPTH_UM)
+    less, more = BOUNDS_UM[work]
+    for at, block, result in cuts(work, seed, clocks):
+        assert len(result.left_um) == len(uninterrupted.left_um)
+        for left, without in zip(result.left_um, uninterrupted.left_um, strict=True):
+            assert -less <= left - without <= more, (at, block, result.left_um)
         if result.places:
             assert result.places == uninterrupted.places
         found.append(block)
@@ -30,16 +46,34 @@ def blocks_of(uninterrupted, seed, clocks):
     return found
 
 
-def test_a_job_goes_on_after_a_power_cut_in_a_cut(uninterrupted, rng):
-    """In the longest block, and in one of the others."""
-    longest = uninterrupted.clocks * 2 // 5
-    assert blocks_of(uninterrupted, rng.randrange(1 << 32), [longest])[0] in BLOCKS
-    blocks_of(uninterrupted, rng.randrange(1 << 32), [rng.randrange(uninterrupted.clocks)])
+@pytest.mark.parametrize("work", WORKS)
+def test_a_job_goes_on_after_a_power_cut_in_its_longest_block(work, uninterrupted, rng):
+    result = uninterrupted(work)
+    assert all(result.left_um)
+    longest = result.clocks * 2 // 5
+    assert blocks_of(work, result, rng.randrange(1 << 32), [longest])[0] in work.blocks
+
+
+def test_a_job_goes_on_after_a_power_cut_anywhere(uninterrupted, rng):
+    result = uninterrupted(CAVITY)
+    blocks_of(CAVITY, result, rng.randrange(1 << 32), [rng.randrange(result.clocks)])
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("part", range(PARTS))
 def test_a_thousand_power_cuts_in_random_clocks(uninterrupted, rng, part):
-    found = blocks_of(uninterrupted, rng.randrange(1 << 32),
-                      [rng.randrange(uninterrupted.clocks) for _ in range(CUTS)])
-    assert sum(block > 0 for block in found) > CUTS // 2, part
+    many_cuts(CAVITY, uninterrupted, rng)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("part", range(PARTS // 10))
+def test_a_hundred_power_cuts_while_a_wire_cuts(uninterrupted, rng, part):
+    many_cuts(SLOT, uninterrupted, rng)
+
+
+def many_cuts(work, uninterrupted, rng):
+    """A part of a soak: cuts in random clocks, and most of them interrupted a block."""
+    result = uninterrupted(work)
+    found = blocks_of(work, result, rng.randrange(1 << 32),
+                      [rng.randrange(result.clocks) for _ in range(CUTS)])
+    assert sum(block > 0 for block in found) > CUTS // 2
