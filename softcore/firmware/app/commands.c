@@ -108,21 +108,19 @@ static void tell_refusal(void) {
 static void refuse_command(const char *line, uint32_t length, fault *f) {
     static const struct {
         const char *begin, *says;
-        fault_code code;
     } ROWS[] = {
-        {"H", "homing is $H: all axes of $533, in that order", FAULT_COMMAND},
-        {"J", "a jog begins with $J=", FAULT_COMMAND},
-        {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program",
-         FAULT_COMMAND},
-        {"SLP", "$SLP is not in this version; Ctrl-X makes the outputs safe", FAULT_COMMAND},
-        {"N", "lines at the start ($N) are not kept: nothing is carried out at power-on", FAULT_COMMAND},
+        {"H", "homing is $H: all axes of $533, in that order"},
+        {"J", "a jog begins with $J="},
+        {"C", "the check mode ($C) is not in this version; gapkeeper tape check reads a program"},
+        {"SLP", "$SLP is not in this version; Ctrl-X makes the outputs safe"},
+        {"N", "lines at the start ($N) are not kept: nothing is carried out at power-on"},
     };
     for (unsigned i = 0; i < sizeof ROWS / sizeof *ROWS; i++) {
         uint32_t at = 0;
         while (ROWS[i].begin[at] && at + 1 < length && (line[at + 1] & ~0x20) == (ROWS[i].begin[at] & ~0x20))
             at++;
         if (!ROWS[i].begin[at]) {
-            fault_at(f, ROWS[i].code, 0, "%s", ROWS[i].says);
+            fault_at(f, FAULT_COMMAND, 0, "%s", ROWS[i].says);
             return;
         }
     }
@@ -131,7 +129,7 @@ static void refuse_command(const char *line, uint32_t length, fault *f) {
 
 static bool is_free(fault *f) {
     return !machine_locked() ||
-           fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X");
+           fault_at(f, FAULT_LOCKED, 0, "the machine is locked; unlock it with $X first");
 }
 
 static void resume(fault *f) {
@@ -182,10 +180,11 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
     say(&f);
 }
 
-/* At rest; with safe outputs the drives are off, and an axis may rest away from its command. */
+/* At rest, and not held in the middle of a motion. With safe outputs the drives are off, and an axis
+   may rest away from its command. */
 static bool stands(void) {
     hal_motion motion = hal_motion_read();
-    return hal_safe() ? !motion.moving : meter_rests() || (path_at_front() && motion.in_position);
+    return hal_safe() ? !motion.moving : path_at_front() && (meter_rests() || motion.in_position);
 }
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {

@@ -9,7 +9,6 @@
 #include "app/machine.h"
 #include "app/meter.h"
 #include "app/override.h"
-#include "app/resume.h"
 #include "app/status.h"
 #include "base/alarm.h"
 #include "base/pitch.h"
@@ -26,6 +25,7 @@
 
 static uint32_t order;          /* axes still to be homed, as digits; the next one is lowest */
 static bool slow;               /* this is the slow approach */
+static bool partly;             /* the place of axes that are not homed was known before */
 
 static void fail(fault_code code, const char *why) {
     fault f = {.line = alarm_line()};
@@ -65,7 +65,9 @@ static void seek(void) {
 static void next(void) {
     if (!order) {
         /* All of three digits; the third axis of a wire machine, which has no jump axis, moves the wire. */
-        machine_know_position(settings_get(SET_HOME_ORDER) > (hal_jump_axis() < HAL_AXES ? 100 : 10));
+        bool all = settings_get(SET_HOME_ORDER) > (hal_jump_axis() < HAL_AXES ? 100 : 10);
+        if (all || partly)
+            machine_know_position(all);
         homing_end(0);
         override_step();
         return;
@@ -115,8 +117,8 @@ bool homing_cycle_begin(fault *f) {
         return false;
     if (f->code != FAULT_NONE)
         return false;
+    partly = !machine_position_lost();
     machine_lose_position();
-    resume_frame_changed();
     homing_now.phase = HOMING_STOP;
     slow = false;
     homing_now.axis = HAL_AXES;    /* none yet: the axes must come to rest first */

@@ -22,7 +22,7 @@ void jogging_init(void) {
 
 bool jogging_allowed(fault *f) {
     if (machine_locked())
-        return fault_at(f, FAULT_BUSY, 0, "the machine is locked; unlock it with $X");
+        return fault_at(f, FAULT_BUSY, 0, "the machine is locked; unlock it with $X first");
     if (flushes || jog_now() == JOG_ENDING) {
         *f = (fault){.code = FAULT_JOG_ENDED, .text = FAULT_TEXT_JOG_ENDED};
         return false;

@@ -10,6 +10,7 @@
 #include "app/meter.h"
 #include "app/program.h"
 #include "app/resume.h"
+#include "app/status.h"
 #include "base/settings.h"
 #include "base/units.h"
 #include "base/watch.h"
@@ -243,7 +244,7 @@ void keep_restore(char what, uint32_t length, fault *f) {
         fault_at(f, FAULT_COMMAND, 0, "$RST takes $ (settings), # (offsets and places) or * (all)");
         return;
     }
-    if (program_running() || machine_machining() || jog_active() || !meter_rests()) {
+    if (!meter_rests() || (!status_idle() && !machine_locked())) {
         fault_at(f, FAULT_BUSY, 0, "$RST has to wait until the machine stands and no program runs");
         return;
     }

@@ -24,11 +24,12 @@ static bool locked, held, waits, running, machining;
 static bool quenched;           /* the discharge is off for the rest of a hold */
 static bool walks;              /* a walk has lifted the hold */
 static uint32_t place;          /* KNOWN or HOMED; any other value, as after reset: position lost */
+static uint32_t frame;          /* number of the machine frame, from 1: a loss of the position ends it */
 
 void machine_init(void) {
     locked = true;
     held = waits = running = machining = quenched = walks = false;
-    place = 0;
+    machine_lose_position();
     hal_control(false, false);
     hal_discharge(false);
 }
@@ -42,13 +43,19 @@ bool machine_goes(void) { return running && !held && !waits; }
 
 bool machine_position_lost(void) { return place != KNOWN && place != HOMED; }
 bool machine_homed(void) { return place == HOMED; }
+uint32_t machine_frame(void) { return frame; }
 
 void machine_know_position(bool homed) {
     if (machine_position_lost())
         pitch_refer();
     place = homed || machine_homed() ? HOMED : KNOWN;
 }
-void machine_lose_position(void) { place = 0; }
+
+void machine_lose_position(void) {
+    place = 0;
+    frame++;
+}
+
 
 bool machine_allows(bool moves, bool burns, fault *f) {
     burns = burns && !machine_dry();
@@ -127,7 +134,7 @@ void machine_take_alarm(void) {
     const alarm *raised = alarm_first();
     bool tell = !locked || alarm_untold();
     if (raised->guard)
-        place = 0;
+        machine_lose_position();
     if (!tell)
         output_message(&raised->what);
     locked = true;
@@ -165,7 +172,7 @@ bool machine_clear(fault *f) {
     /* Set the command to the position while the outputs are still safe. The drives would otherwise
        be enabled with the old following error. */
     if (cause_miscounts(hal_causes())) {
-        place = 0;
+        machine_lose_position();
         settings_renew_drives();
     }
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
@@ -221,7 +228,7 @@ __attribute__((noinline)) void machine_tripped(unsigned cause, unsigned axes, ui
         path_note_work(true);
     fault f = {.line = alarm_line()};
     if (cause_loses_position(cause) || settings_get(SET_STEP_AXES))
-        place = 0;
+        machine_lose_position();
     cause_fault(&f, "interlock: ", cause, axes);
     cause_position(&f, machine_position_lost());
     alarm_raise_at(&f, cycle, position);

@@ -23,6 +23,7 @@ bool machine_allows(bool moves, bool burns, fault *f);
    when the operator confirms it, or by homing; `homed`: all axes. */
 bool machine_position_lost(void);
 bool machine_homed(void);               /* known by homing, and not lost since then */
+uint32_t machine_frame(void);           /* number of the machine frame: a loss, and homing, end it */
 void machine_know_position(bool homed);
 void machine_lose_position(void);
 

@@ -283,7 +283,7 @@ static void step_plan(void) {
     watch_between(); /* to judge a block with many words takes long, and so does what follows */
     /* A line entered by hand is refused at once if the discharge is not armed. A tape is read
        ahead, so the operator may still press ARM in time. */
-    if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {
+    if (!machine_allows(work.moves || work.here, work.machining_on && by_hand, &trouble)) {
         fail();
         return;
     }

@@ -11,7 +11,7 @@
 
 static bool asked;              /* the next tape is to go on */
 static bool kept;               /* the tape under way moves the bookmark */
-static bool ours;               /* the bookmark is not from before power-on */
+static uint32_t ours;           /* machine frame of the bookmark; 0: it is from before power-on */
 static bool begun;              /* a tape has started, and not come to its first block */
 static bookmark first;          /* what its first block makes of the bookmark */
 static uint32_t sum;            /* of the tape's text so far */
@@ -31,12 +31,11 @@ static uint32_t mix_all(uint32_t total, const void *from, unsigned count) {
 }
 
 void resume_open(void (*between)(void)) {
-    asked = kept = ours = begun = false;
+    asked = kept = begun = false;
+    ours = 0;
     now = 0;
     bookmark_open(between);
 }
-
-void resume_frame_changed(void) { ours = false; }
 
 void resume_tell(void) {
     if (bookmark_now()->line)
@@ -49,7 +48,7 @@ static bool is_there(const int32_t *zero, fault *f) {
     const bookmark *last = bookmark_now();
     if (!last->line)
         return fault_at(f, FAULT_START_BLOCK, 0, "no tape was interrupted");
-    if (!ours && !(last->homed && machine_homed()))
+    if (ours != machine_frame() && !(last->homed && machine_homed()))
         return fault_at(f, FAULT_START_BLOCK, 0,
                         "$FROM=last needs $H before that run and now; $FROM=%u begins there without it",
                         last->line);
@@ -152,7 +151,7 @@ __attribute__((noinline)) void resume_at(uint32_t line, uint32_t digest) {
         bookmark_move(line, digest);
     }
     begun = false;
-    ours = true;
+    ours = machine_frame();
 }
 
 void resume_end(void) {

@@ -12,9 +12,6 @@
 void resume_open(void (*between)(void));    /* at power-on, when the journal is open */
 void resume_tell(void);         /* tell the block in which a tape was interrupted, if one was */
 
-/* Homing gives the machine another frame: a tape goes on in it only if it began in a homed one. */
-void resume_frame_changed(void);
-
 /* `$FROM=last`: the block at which the next tape is to begin; 0 with a fault if it cannot. */
 uint32_t resume_ask(const modal *state, fault *f);
 bool resume_asked(void);

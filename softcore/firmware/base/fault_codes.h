@@ -78,7 +78,7 @@ typedef enum {
 #define FAULT_TEXT_HALT_BURST \
     "too many shorts in a burst without new depth"
 #define FAULT_TEXT_HALT_NO_DATA \
-    "short without retraction data (G36)"
+    "retraction without data (G36)"
 #define FAULT_TEXT_EVENTS \
     "events of the gateware were lost"
 #define FAULT_TEXT_RESET \

@@ -85,6 +85,7 @@ bool path_words_enter_system(context *c) {
             continue;
         if (!words_distance(c, w, AXIS[axis], &pulses))
             return false;
+        c->p->here = here;
         if (here)
             pulses = after->position[axis] - set[axis] - pulses;
         if (system == after->system)

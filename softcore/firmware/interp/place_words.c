@@ -7,6 +7,7 @@
 void place_words_store(context *c, unsigned number) {
     modal *after = &c->p->after;
     c->p->act = ACT_TABLE;
+    c->p->here = true;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         after->places[number][axis] = after->position[axis];
     after->stored[number] = true;

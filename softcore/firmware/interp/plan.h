@@ -70,6 +70,7 @@ typedef enum { STOP_NONE, STOP_PROGRAM, STOP_OPTIONAL, STOP_END } plan_stop;
 typedef struct {
     modal after;                    /* modal state when the block has been carried out */
     bool moves;
+    bool here;                      /* it stores where the machine stands, which must be known */
     path_move move;
     uint32_t speed;                 /* um/min */
     bool rapid, corner_rapid;       /* the move, and the corner, have the rapid feed of G00 */

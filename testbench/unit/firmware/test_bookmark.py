@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 
+from softcore.tables.causes import numbers
 from softcore.tables.faults import named
 from softcore.tables.settings import assign
 from softcore.top import SIMULATED_JOURNAL as REGION
@@ -474,11 +475,12 @@ def test_without_power_off_the_counted_position_is_enough(memory):
     assert not alarmed(machine.tape(punched(list(BLOCKS)), passes=SECOND))
 
 
-def test_after_homing_without_power_off_the_frame_may_be_another(memory):
+@pytest.mark.parametrize("trips", [False, True])
+def test_after_homing_or_a_lost_position_the_frame_may_be_another(memory, trips):
     machine = cut_in(memory, 5, homes=False)
-    machine.send(b"\x18")
+    machine.library.gk_trip(numbers()["coder"], 1) if trips else machine.send(b"\x18")
     machine.run(200)
-    machine.ready()
+    machine.unlock() if trips else machine.ready()
     says, error = machine.line("$FROM=last")
     assert error == REFUSED
     assert "needs $H before that run and now" in says

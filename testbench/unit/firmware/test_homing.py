@@ -138,6 +138,18 @@ def test_other_axes_and_ends_by_settings():
     assert [trip[Z] == 0 for trip in machine.tripped] == [True, True, False, False]
 
 
+@pytest.mark.parametrize("known", [False, True])
+def test_homing_of_some_axes_tells_nothing_of_the_others(known):
+    machine = Machine()
+    machine.unlock() if known else machine.line("$X")
+    machine.run(REST)
+    machine.line(assign("home_order", 3))
+    home(machine)
+    assert machine.lines[-1] == "ok"
+    assert any(part.startswith("Lost") for part in state(machine)) is not known
+    assert (machine.line("G00 X1", 60)[-1] == "ok") is known
+
+
 @pytest.mark.parametrize("order", [4, 11, 10, 122])
 def test_an_order_that_is_none_is_refused(order):
     machine = Machine()

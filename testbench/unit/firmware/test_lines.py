@@ -11,7 +11,7 @@ from testbench.firmware import Controller, events
 from testbench.programs import punched
 
 DAMAGED = error_line("line")
-LOCKED = "[MSG:the machine is locked; unlock it with $X.]"
+LOCKED = "[MSG:the machine is locked; unlock it with $X first.]"
 REALTIME = {0x3F, 0x21, 0x7E, 0x18, 0xB0, 0x84, 0x85, *range(0x90, 0xA2)}
 STALE = "what came before it was damaged, and a part of it may be missing"
 

@@ -39,6 +39,15 @@ def test_out_of_reset_nothing_moves_before_the_position_is_taken(block):
     enter(machine, "$POSITION=HERE", block)
 
 
+@pytest.mark.parametrize("block", ["G28.1", "G30.1", "G10 L20 P1 X0"])
+def test_out_of_reset_no_place_is_stored_before_the_position_is_taken(block):
+    """These outlive power-off; `G28` would go there in rapid motion."""
+    machine = Controller()
+    assert machine.line("$X")[-1] == "ok"
+    assert machine.line(block)[-1] == error_line("position_lost")
+    enter(machine, "G10 L2 P1 X5", "$POSITION=HERE", block)
+
+
 def test_a_tape_is_rejected_where_it_would_move():
     machine = Controller()
     machine.line("$X")
