@@ -229,8 +229,8 @@ FAULTS: tuple[Fault, ...] = (
            "(G38), or take a weaker condition. `${repeats}` says at which return of the short "
            "the alarm comes.", spoken=True),
     _fault(144, "halt_no_data", "machine", "retraction without data (G36)",
-           "The gap was shorted, or the operator asked for a retraction, and no retraction data say "
-           "how far and how fast to go back.",
+           "The gap was shorted, or the operator asked for a retraction, and no retraction data "
+           "say how far and how fast to go back.",
            "Send `$X`, move the electrode away, and enter a G36 by hand or put one into the "
            "program.", spoken=True),
     _fault(145, "fin", "machine", "the machine side did not answer",
