@@ -60,6 +60,8 @@ write_json controller.json
 TYPES = """\
 typedef uint8_t u8; typedef uint16_t u16; typedef uint32_t u32; typedef uint64_t u64;
 typedef int64_t i64; typedef unsigned __int128 u128; typedef __int128 i128;
+// What follows a change lies apart: in most clocks a value stays as it is.
+#define RARE(test) __builtin_expect(test, 0)
 """
 
 
@@ -206,8 +208,8 @@ def _controller(e):
         if sinks:
             out.append(f"static void take{index}(Controller& s) {{")
             for sink in sinks:
-                out.append(f"    if (s.x{sink.index} != s.n{sink.index}) {{ s.n{sink.index} = "
-                           f"s.x{sink.index}; {e.marks(sink.index)} }}")
+                out.append(f"    if (RARE(s.x{sink.index} != s.n{sink.index})) {{ "
+                           f"s.n{sink.index} = s.x{sink.index}; {e.marks(sink.index)} }}")
             out.append("}")
     out.append("static void (*const TAKE[])(Controller&) = {" + ", ".join(
         f"take{index}" if sinks else "nullptr" for index, sinks in late.items()) + "};")

@@ -443,7 +443,8 @@ class PartWriter:
         wide = "u128" if sink.width > 64 else "u64"
         if index in self.e.deferred:
             part = self.part.index
-            return [f"{{ const {wide} x = {text}; s.x{index} = ({kind})x; if (x != s.n{index}) "
+            return [f"{{ const {wide} x = {text}; s.x{index} = ({kind})x; "
+                    f"if (RARE(x != s.n{index})) "
                     f"s.pending[{part // 64}] |= {literal(1 << part % 64)}; }}"]
         return [f"{{ const {wide} x = {text}; {self._keep(sink, 'x')} }}"]
 
@@ -451,7 +452,7 @@ class PartWriter:
         """C++ that stores a node's value, and tells its readers if it is another."""
         name, kind = f"s.n{node.index}", kept_as(node.width)
         store, marks = f"{name} = ({kind}){value};", self.e.marks(node.index)
-        return f"if ({value} != {name}) {{ {store} {marks} }}" if marks else store
+        return f"if (RARE({value} != {name})) {{ {store} {marks} }}" if marks else store
 
     def _memory(self, sink):
         memory, ports = sink.memory, sink.ports
