@@ -49,6 +49,11 @@ def _wrong_setting(number: int, value: int) -> str:
     if setting.name.startswith("pitch_"):
         return (f"({setting.name}) belongs to the table of a screw's error; a machine's file gives "
                 "it as pitch_error_um of the axis")
+    if setting.name == "home_order" and value:
+        digits = str(value)
+        if set(digits) - set("123") or len(set(digits)) != len(digits):
+            return (f"(home_order) must have digits 1 (X), 2 (Y) and 3 (Z), each at most once, not "
+                    f"{value}")
     if setting.lowest <= value <= setting.highest:
         return ""
     return f"({setting.name}) must be {setting.lowest} to {setting.highest}, not {value}"

@@ -84,6 +84,8 @@ def test_what_is_no_number_is_refused_as_such(workdir, value):
     ("520 = 100", r"settings\.520 and settings\.523 give x 100 steps or edges for 10000 pulses; "
                   r"there are at most as many, and with a coder at least one for 20\."),
     ("522 = 20000", r"settings\.522 and settings\.525 give z 20000 steps or edges for .*"),
+    *((f"533 = {order}", r"settings\.533 \(home_order\) must have digits 1 \(X\), 2 \(Y\) and 3 "
+       rf"\(Z\), each at most once, not {order}\.") for order in (11, 128, 4, 10)),
     ("400 = 33", r"settings\.400 \(short_needed\) must be 1 to 32, not 33\."),
 ])
 def test_a_setting_that_the_controller_would_refuse_is_refused_at_once(workdir, line, said):
