@@ -25,6 +25,7 @@ AXES = (
     *breaks_of(
         "softcore/firmware/app/homing_cycle.c", HOMING,
         ("    machine_lose_position();\n", "", "the position is lost until the cycle has ended"),
+        ("        if (all || partly)\n", "", "homing of some axes finds no others"),
         ("    if (pressed()) {\n        fail", "    if (0) {\n        fail",
          "a switch that sticks is an alarm"),
         ("default: fail(FAULT_HOME_NOT_FOUND", "default: if (slow) fail(FAULT_HOME_NOT_FOUND",

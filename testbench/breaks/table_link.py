@@ -41,9 +41,7 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/app/program.c", JOG,
-        ("    if (!machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {",
-         "    if (!program_jogs() &&\n"
-         "        !machine_allows(work.moves, work.machining_on && by_hand, &trouble)) {",
+        ("    if (!machine_allows(", "    if (!program_jogs() && !machine_allows(",
          "no jog after a lost position"),
         ("        override_step(); /* no override scales a jog */\n", "",
          "no override scales a jog"),
@@ -133,7 +131,9 @@ LINK = (
          "what guards stays while machining", f"{MACHINE} unit/firmware/test_depth_series.py"),
         ("machine_machining() || !stands()", "machine_machining() || (!stands() && false)",
          "what guards stays in motion", MACHINE),
-        ("!motion.moving : meter_rests() || (", "!motion.moving : !motion.moving || (",
+        ("path_at_front() && (meter_rests()", "(meter_rests()",
+         "... and in a hold in the middle", "unit/firmware/test_held_line.py"),
+        ("path_at_front() && (meter_rests()", "(!motion.moving || meter_rests()",
          "... in slow motion, too",
          "cosim/test_status.py::test_what_guards_the_machine_stays_while_an_axis_creeps"),
         ("program_running() && !settings_switch(number)",

@@ -190,6 +190,14 @@ MACHINE = (
         ("c->p->speed <= most", "c->p->speed", "a touch-off is no faster than the axes can stop"),
     ),
     *breaks_of(
+        "softcore/firmware/interp/place_words.c", "unit/firmware/test_machine.py",
+        ("    c->p->here = true;\n", "", "no place is stored at a lost position"),
+    ),
+    *breaks_of(
+        "softcore/firmware/interp/path_words.c", "unit/firmware/test_machine.py",
+        ("        c->p->here = here;\n", "", "no zero is set here at a lost position"),
+    ),
+    *breaks_of(
         "softcore/firmware/app/image_watch.c", "unit/firmware/test_image_watch.py",
         ("if (digest == image.digest || damaged)", "if (at == 0)", "an image that differs is told"),
         ("    hal_interlock_trip();\n", "", "outputs are safe then"),
@@ -199,7 +207,7 @@ MACHINE = (
         "softcore/firmware/app/machine.c", BOTH,
         ("    locked = true;\n    held", "    locked = false;\n    held", "locked out of reset",
          LINK),
-        ("    place = 0;\n    hal_control(", "    place = KNOWN;\n    hal_control(",
+        ("    machine_lose_position();\n    hal_control(", "    place = KNOWN;\n    hal_control(",
          "the position is lost out of reset"),
         ("(moves || burns) && machine", "moves && machine", "no discharge at a lost position"),
         ("(moves || burns) && machine", "moves && burns && machine",

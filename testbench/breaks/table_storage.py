@@ -42,6 +42,7 @@ STORAGE = (
     *breaks_of(
         "softcore/firmware/app/resume.c", BOOKMARK,
         ("last->homed && machine_homed()", "machine_homed()", "the first run was homed"),
+        ("ours != machine_frame()", "!ours", "a loss of the position ends the frame"),
         ("(last->homed && machine_homed())", "last->homed", "it is homed again"),
         ("same = same && zero", "same = zero", "program zero of every axis"),
         ("    kept = begun = !dry;", "    kept = begun = true;", "a dry run is none"),
@@ -80,6 +81,8 @@ STORAGE = (
     ),
     *breaks_of(
         "softcore/firmware/app/keep.c", JOURNAL,
+        ("(!status_idle() && !machine_locked())", "false",
+         "defaults wait for the end of a held motion", "unit/firmware/test_held_line.py"),
         ("(journal_holds() || (!machine_machining() && meter_rests()))", "true",
          "nothing is written while the machine works"),
         ("return condition_check_row(&row) && conditions_enter", "return conditions_enter",
