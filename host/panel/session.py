@@ -401,13 +401,13 @@ class Session:
                 return
             if line is not None:
                 self._send(line)
-                return
-            self._touch = None
-            said, zero = touching.ending()
-            self.tell(said)
-            self.offset = touching.offset if touching.offset is not None else self.offset
-            if zero is not None:
-                self._hand.add(zero, page)
+            elif touching.over:
+                self._touch = None
+                said, zero = touching.ending()
+                self.tell(said)
+                self.offset = touching.offset if touching.offset is not None else self.offset
+                for line in zero:
+                    self._hand.add(line, page)
 
     def _tend_lines(self, now: float) -> None:
         sent = self._sent

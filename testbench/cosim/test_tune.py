@@ -58,7 +58,7 @@ def tuned(ways, workdir, gain, travel=2.0, **more):
                 time.sleep(0.01)
             ready(url)
             wanted = tune(url, ways, travel_mm=travel, baud=1_000_000, machine="sinker",
-                          picture=picture, console=console)
+                          picture=picture, unlock=False, console=console)
             return wanted, console.export_text(), picture.read_text(encoding="utf-8")
     finally:
         machine.close()
