@@ -5,14 +5,14 @@ from rich.console import Console
 
 from host.errors import UsageError
 from host.link.link import Link
-from host.link.lock import require_unlocked
+from host.link.lock import taken
 from host.link.port import Port
 from host.machines import machine as machines
 from host.run.controller import Controller
 from host.run.events import Scale
 from host.touch.cycles import AXES, Cycle, Found, Probe, boss, corner, drive, edge, hole
 from host.touch.ending import Alarms, ending
-from host.touch.zero import set_zero
+from host.touch.zero import await_rest, set_zero
 
 __all__ = ["SHAPES", "check_known", "cycle_of", "touch", "ways_of"]
 
@@ -108,9 +108,9 @@ def touch(url: str, cycle: Cycle, probe: Probe, *, baud: int, machine: str, know
         heard = Alarms(Scale(chosen.clock_hz, chosen.pulses_per_mm))
         link = Link(controller, heard.hear)
         link.await_greeting()
-        require_unlocked(link, unlock=unlock)
-        with ending(link, heard, say):
+        with taken(link, unlock=unlock), ending(link, heard, say):
             found = drive(link, cycle, tell=say)
+            await_rest(link)
             for axis, place in found.places.items():
                 say(f"{axis} {place:.4f} mm in the machine frame")
             if found.size is not None:

@@ -67,8 +67,8 @@ def await_rest(link: Link) -> dict[str, float]:
         if told["state"] == "Idle" and at is not None:
             return at
         if told["state"] not in ("Idle", *_MOVES):
-            raise TouchError(f"the zero is not set: the state of the controller is "
-                             f"{told['state']}, not Idle.")
+            raise TouchError("the axes have not come to rest as after a motion: the state of the "
+                             f"controller is {told['state']}, not Idle.")
         link.poll(POLL_S)
 
 

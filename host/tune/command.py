@@ -11,7 +11,7 @@ from rich.console import Console
 
 from host.errors import UsageError, UserError
 from host.link.link import Link
-from host.link.lock import require_unlocked
+from host.link.lock import taken
 from host.link.port import Port
 from host.machines import machine as machines
 from host.run.controller import Controller
@@ -50,13 +50,13 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
         controller.identify(reset=False)
         link = Link(controller, _quiet)
         link.await_greeting()
-        require_unlocked(link, unlock=unlock)
-        settings, found = settings_of(link), []
-        with measuring(link, settings) as kept:
-            for axis, way in moves.items():
-                one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
-                found.append(one)
-                say(told_of(one, settings))
+        with taken(link, unlock=unlock):
+            settings, found = settings_of(link), []
+            with measuring(link, settings) as kept:
+                for axis, way in moves.items():
+                    one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
+                    found.append(one)
+                    say(told_of(one, settings))
     finally:
         port.close()
     wanted = proposal(settings, found)

@@ -19,7 +19,7 @@ from host.run.controller import Controller
 from host.touch.command import touch
 from host.touch.cycles import Probe, edge
 from host.touch.ending import AlarmError
-from testbench.live import serving
+from testbench.live import Client, serving
 
 SINKER = machines.load("sinker")
 BAUD = 1_000_000
@@ -69,9 +69,18 @@ def enter(url, *lines):
         port.close()
 
 
-def touched(url, probe, *, unlock=False, screen=None):
+def raw(url, line):
+    """What is answered to a line without a number, as a terminal sends it."""
+    client = Client(Port(url, BAUD))
+    try:
+        return client.ask(line)[-1]
+    finally:
+        client.port.close()
+
+
+def touched(url, probe, *, unlock=False, screen=None, system=None):
     return touch(url, edge(probe, "Z", -1), probe, baud=BAUD, machine="sinker", known=None,
-                 system=None, unlock=unlock, console=screen or Screen())
+                 system=system, unlock=unlock, console=screen or Screen())
 
 
 def test_a_locked_machine_is_neither_unlocked_nor_moved_unasked():
@@ -82,6 +91,7 @@ def test_a_locked_machine_is_neither_unlocked_nor_moved_unasked():
         with pytest.raises(RefusedError, match="position") as refused:
             touched(url, Probe(), unlock=True)
         assert "locked" not in str(refused.value)
+        assert raw(url, "$X") == "ok", "a terminal may send lines again"
         assert machine.positions() == before
 
 
@@ -97,6 +107,18 @@ def test_an_alarm_is_named_with_what_to_do(start, number, said):
         assert ("Check clamping" if number == 5 else "move away from the work") in str(ended.value)
         with pytest.raises(LockedError):
             touched(url, Probe(reach=0.5))
+        assert raw(url, "$X") == "ok"
+
+
+def test_a_zero_is_set_and_stays():
+    with switched_on() as (url, _):
+        enter(url, "$X", "$POSITION=HERE", "G92 Z7.5")
+        screen = Screen()
+        found = touched(url, Probe(), screen=screen, system=2)
+        assert "zero of G55 set: G10 L20 P2 Z" in screen.export_text()
+        assert raw(url, "G21") == "ok"
+        zero = float(enter(url, "G55")["WCO"].split(",")[2])
+        assert found.places["Z"] - zero == pytest.approx(0, abs=2.01e-4)
 
 
 def test_ctrl_c_in_a_touch_holds_the_machine():

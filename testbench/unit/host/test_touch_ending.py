@@ -5,7 +5,7 @@ import pytest
 
 from host.errors import ALARM
 from host.link.link import HOLD, RESET, LinkError, RefusedError
-from host.link.lock import LOCKED, LockedError, require_unlocked
+from host.link.lock import LOCKED, LockedError, leave, require_unlocked, taken
 from host.link.port import PortError
 from host.run.events import Scale
 from host.touch.cycles import TouchError
@@ -113,3 +113,43 @@ def test_it_is_unlocked_by_order():
     link = Locked(LOCKED)
     require_unlocked(link, unlock=True)
     assert link.done[0] == "$X"
+
+
+class Stands(Script):
+    """A controller whose axis goes on for some reports, whatever its state is."""
+
+    def __init__(self, state, reports):
+        super().__init__(state)
+        self.reports = reports
+
+    def status(self):
+        self.reports -= self.reports > 0
+        return super().status() | {"MPos": f"{self.reports},0,0"}
+
+    def press(self, button):
+        self.done.append(button)
+
+
+@pytest.mark.parametrize(("state", "reports", "resets"), [
+    ("Idle", 0, True), ("Alarm", 0, True), ("Alarm", 5, True), ("Run", 0, False),
+    ("Alarm", 1000, False), ("Hold:1", 0, False)])
+def test_it_is_reset_at_rest_only(state, reports, resets):
+    link = Stands(state, reports)
+    leave(link)
+    assert link.reports == 0 or not resets
+    assert link.done == [RESET, "greeting"] * resets
+
+
+def test_it_is_left_whatever_ends_it():
+    link = Stands("Idle", 0)
+    with pytest.raises(KeyboardInterrupt), taken(link, unlock=True):
+        raise KeyboardInterrupt
+    assert link.done == ["$X", "G21", RESET, "greeting"]
+
+
+def test_a_lost_link_is_left_without_a_word():
+    class Lost(Script):
+        def status(self):
+            raise PortError("the connection is lost")
+
+    leave(Lost())
