@@ -20,7 +20,7 @@ from host.panel.heard import Heard
 from host.panel.job import Job
 from host.panel.orders import BEGIN, MEASURING, ORDERS, TOUCHING, Moment, why_not
 from host.panel.scoping import Scoping
-from host.panel.sharing import Jog, Sharing
+from host.panel.sharing import LEASE_S, Jog, Sharing
 from host.panel.touching import Touching
 from host.panel.tuning import Tuning
 from host.panel.wires import Wire
@@ -85,6 +85,7 @@ class Session:
         self._before: tuple[int, str] | None = None     # the alarm in force when it was sent
         self._jog: tuple[str, Jog] | None = None     # its page, and the jog
         self._touch: tuple[str, Touching] | None = None     # its page, and the cycle
+        self._lift_s = 0.0      # until when a finger counts as one that was refused
         self._tuner = ""        # the page that has begun to measure the drives, until it is done
         self._of_scope = False      # that line is the oscilloscope's
         self.scope.forget()
@@ -140,6 +141,13 @@ class Session:
                 self._again.set()
                 return ""
             why = self._why_not(name, words)
+            if name == "jog":   # a finger that was refused must be lifted before it moves anything
+                now = self._clock()
+                if why or now < self._lift_s:
+                    self._lift_s = now + LEASE_S
+                    why = why or "Release the button, and press it again."
+            elif name == "jog_end":
+                self._lift_s = 0.0
             if not why:
                 if name == "choose":
                     self.job = words[0]

@@ -9,7 +9,7 @@ from host.errors import UsageError
 from host.link.link import HOLD, RESET
 from host.panel.touching import Touching
 from host.touch.cycles import Probe
-from testbench.unit.host.test_panel import Script, serve, until
+from testbench.unit.host.test_panel import Script, jogs, serve, until
 
 __all__ = ["serve"]     # a fixture
 
@@ -95,6 +95,26 @@ def test_nothing_else_moves_the_machine_in_a_cycle(serve, order):
     wire.state = "Hold:0"
     until(lambda: RESET in wire.bytes, lambda: session.seen("a"))
     assert session.order("a", *order) != BUSY
+
+
+def test_a_finger_that_was_on_a_jog_button_in_a_cycle_moves_nothing_after_it(serve):
+    wire = Toucher("1.0,0,0", "1.0005,0,0")
+    session = serve(wire)
+    session.take("a")
+    session.order("a", "touch", Touching("edge", PROBE, toward="X+"))
+
+    def pressed():
+        session.seen("a")
+        return session.order("a", "jog", "X", 1, 60.0)
+
+    until(lambda: any("Edge found" in text for _, text in session.notices), pressed)
+    end = time.monotonic() + 1
+    until(lambda: time.monotonic() > end, pressed)
+    assert pressed() == "Release the button, and press it again."
+    assert not jogs(wire)
+    session.order("a", "jog_end")
+    assert pressed() == ""
+    until(lambda: jogs(wire), pressed)
 
 
 def test_a_hole_of_known_diameter_tells_the_offset(serve):
