@@ -21,6 +21,8 @@ from host.options import FlashFile, MachineOfTape, WithTcp
 from host.places import ROOT
 from host.scope.commands import RunScope, record_gap
 from host.tape.commands import tape_app
+from host.touch.commands import touch_work
+from host.tune.commands import tune_drives
 
 app = typer.Typer(
     help="Gapkeeper, an open controller for electric discharge machines: run part programs on a "
@@ -383,82 +385,8 @@ def doctor(
                              ask=lambda question: typer.confirm(question)))
 
 
-@app.command()
-def touch(
-    shape: Annotated[str, typer.Argument(
-        metavar="SHAPE", show_default=False,
-        help="What to find: edge, corner, hole (its middle), boss (its middle).")],
-    toward: Annotated[str, typer.Argument(
-        metavar="[DIRECTION]", show_default=False,
-        help="Of an edge or corner: the way to its sides, such as X+, Z- or X+Y-.")] = "",
-    port: Annotated[str, typer.Option(
-        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
-                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
-    radius: Annotated[float, typer.Option(
-        metavar="MM", help="Radius of the wire or of a round electrode.")] = 0.0,
-    offset: Annotated[float, typer.Option(
-        metavar="MM", help="Contact offset: how far before the surface the gap conducts.")] = 0.0,
-    reach: Annotated[float, typer.Option(
-        metavar="MM", help="Longest way to a surface; of a hole, more than its diameter.")] = 5.0,
-    size: Annotated[float, typer.Option(
-        metavar="MM", help="Of a boss: roughly its diameter.")] = 0.0,
-    lift: Annotated[float, typer.Option(
-        metavar="MM", help="Of a boss: how far Z goes down beside it, from a start over its "
-                           "middle. 0: go round it, from a start beside it at least X.")] = 0.0,
-    along: Annotated[float, typer.Option(
-        metavar="MM", help="Of a corner: the start is at most so far from it.")] = 2.0,
-    known: Annotated[float | None, typer.Option(
-        metavar="MM", show_default=False,
-        help="True diameter of a hole or boss: tell the contact offset.")] = None,
-    zero: Annotated[int | None, typer.Option(
-        min=1, max=6, metavar="N", show_default=False,
-        help="Set the zero of a work offset there: 1 is G54, 6 is G59.")] = None,
-    machine: Annotated[str, typer.Option(
-        metavar="NAME|FILE", help="As of `run`.")] = "sinker",
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
-) -> None:
-    """Find an edge, a corner, or the middle of a hole or boss by touching it.
-
-    The discharge must be off, and the position known. Each side is touched quickly, and again
-    slowly. Contact where none is expected ends it with alarm 152. Places are told in the machine
-    frame.
-    """
-    from host.touch.command import cycle_of
-    from host.touch.command import touch as touch_at
-    from host.touch.cycles import Probe
-    probe = Probe(radius=radius, offset=offset, reach=reach)
-    cycle = cycle_of(shape, probe, toward=toward, size=size, lift=lift, along=along)
-    if known is not None and shape not in ("hole", "boss"):
-        raise UsageError("--known is for a hole or a boss.")
-    touch_at(port, cycle, probe, baud=baud, machine=machine, known=known, system=zero, console=out)
-
-
-@app.command()
-def tune(
-    axes: Annotated[str, typer.Argument(
-        metavar="[AXES]", help="Axes to move, each with the way that is free: X+Y+Z+.")] = "X+Y+Z+",
-    port: Annotated[str, typer.Option(
-        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
-                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
-    travel: Annotated[float, typer.Option(
-        metavar="MM", help="How far each axis goes, and back.")] = 3.0,
-    picture: Annotated[Path, typer.Option(
-        "--out", metavar="FILE", dir_okay=False,
-        help="Picture of measured and predicted steps, SVG.")] = Path("build/tune.svg"),
-    machine: Annotated[str, typer.Option(
-        metavar="NAME|FILE", help="As of `run`.")] = "sinker",
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
-) -> None:
-    """Measure the drives by small motions, and propose the settings of the position loop.
-
-    The discharge must be off, and the position known; a locked machine is unlocked. Each axis goes
-    to and fro, also slowly and without a stop. Its drive's gain, offset, friction, lags, dead time
-    and acceleration are told, and settings for them; $540 and $421 are changed meanwhile.
-    """
-    from host.tune.command import tune as tune_at
-    tune_at(port, axes, travel_mm=travel, baud=baud, machine=machine, picture=picture, console=out)
+app.command("touch")(touch_work)
+app.command("tune")(tune_drives)
 
 
 @app.command()

@@ -9,7 +9,7 @@ from typer.core import TyperCommand
 
 from host.machines.machine import built_in
 
-__all__ = ["MACHINE_NAMES", "FlashFile", "MachineOfTape", "WithTcp"]
+__all__ = ["MACHINE_NAMES", "FlashFile", "MachineOfTape", "Unlock", "WithTcp"]
 
 MACHINE_NAMES = ", ".join(built_in())
 
@@ -23,6 +23,10 @@ FlashFile = Annotated[Path | None, typer.Option(
     "--flash", metavar="FILE", dir_okay=False, show_default="none: a fresh memory",
     help="Keep what the simulated controller's flash memory holds (settings, offsets, conditions, "
          "fluid classes) in this file, from one power-on to the next. A missing file is made.")]
+
+Unlock = Annotated[bool, typer.Option(
+    "--unlock", help="Unlock a locked machine first ($X). Look at it before: its lock has a cause. "
+                     "Without this option a locked machine is refused.")]
 
 
 class WithTcp(TyperCommand):

@@ -71,11 +71,14 @@ class LinkError(UserError):
 
 
 class RefusedError(LinkError):
-    """The controller refuses a line; ``reason`` is its own sentence."""
+    """The controller refuses a line.
 
-    def __init__(self, line: str, reason: str):
+    ``reason`` is its own sentence, ``code`` the number of its ``error:``, 0 if it gave none.
+    """
+
+    def __init__(self, line: str, reason: str, code: int = 0):
         super().__init__(f'the controller refuses "{line}": {reason}')
-        self.reason = reason
+        self.reason, self.code = reason, code
 
 
 class HeldError(LinkError):
@@ -241,7 +244,7 @@ class Link:
             answer = _ANSWER.fullmatch(sent.answer)
             known = alarms.refusal(int(answer[2])) if answer else ""
             why = next((text[5:-1] for text in reversed(said) if text.startswith("[MSG:")), known)
-            raise RefusedError(line, why or sent.answer)
+            raise RefusedError(line, why or sent.answer, int(answer[2]) if answer else 0)
 
     def send_line(self, line: str) -> Sent:
         """Send a line; every ``poll`` looks after it until it is answered, however long that takes.

@@ -18,7 +18,7 @@ from serial.tools import list_ports
 from host.errors import UsageError
 from host.link.link import LinkError
 
-__all__ = ["BAUD", "Port", "PortError"]
+__all__ = ["BAUD", "Port", "PortError", "check_name"]
 
 _ADDRESS = re.compile(r"[\w.-]+:\d+")    # of a computer and a port of it
 SCHEMES = ("socket", "rfc2217")
@@ -52,9 +52,7 @@ class Port:
     def __init__(self, url: str, baud: int = BAUD) -> None:
         self.url = url
         self._lost = False
-        if not _well_formed(url):
-            raise UsageError(f'"{url}" names no port: give a device such as /dev/ttyUSB0, or '
-                             "socket://HOST:PORT.")
+        check_name(url)
         try:
             self._serial = serial.serial_for_url(
                 url, baudrate=baud, timeout=STEP_S, exclusive=True,
@@ -109,6 +107,19 @@ class Port:
     def _gone(self) -> PortError:
         return PortError(f"the connection over {self.url} is lost: the other end has closed it, or "
                          "the cable is off.")
+
+
+def check_name(url: str) -> None:
+    """Refuse a name that cannot be that of a port; nothing is opened.
+
+    Raises
+    ------
+    UsageError
+        If it is no device, and no URL with all parts that it needs.
+    """
+    if not _well_formed(url):
+        raise UsageError(f'"{url}" names no port: give a device such as /dev/ttyUSB0, or '
+                         "socket://HOST:PORT.")
 
 
 def _well_formed(url: str) -> bool:

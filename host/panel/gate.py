@@ -13,7 +13,7 @@ import socket
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 __all__ = ["COOKIE", "Gate", "is_local"]
 
@@ -102,10 +102,11 @@ class Gate:
         return hmac.compare_digest(token.encode(), self.token.encode())
 
     async def _enter(self, scope: Message, send: Send) -> None:
-        """Put the token into a cookie, and out of the address."""
+        """Put the token into a cookie, and out of the address, which stays one of this panel."""
+        place = "/" + quote(scope["path"].lstrip("/\\"))    # `//name/` would be another computer
         cookie = f"{COOKIE}={self.token}; Path=/; HttpOnly; SameSite=Strict"
         await send({"type": "http.response.start", "status": 303, "headers": [
-            (b"location", scope["path"].encode()), (b"set-cookie", cookie.encode())]})
+            (b"location", place.encode()), (b"set-cookie", cookie.encode())]})
         await send({"type": "http.response.body", "body": b""})
 
     @staticmethod

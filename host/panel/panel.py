@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from host.errors import UsageError, UserError
-from host.link.port import Port, PortError
+from host.link.port import Port, PortError, check_name
 from host.link.serve import split_address
 from host.machines import machine as machines
 from host.panel.gate import Gate, is_local
@@ -79,6 +79,7 @@ def _free(host: str, port: int) -> None:
 
 def _require_port(port: str, baud: int) -> None:
     """Refuse a name that is no port here. One that is only silent or in use may be so later."""
+    check_name(port)
     if "://" not in port:
         with suppress(PortError):
             Port(port, baud).close()

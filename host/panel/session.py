@@ -12,21 +12,20 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from host import alarms
 from host.errors import UserError
-from host.link.framing import check_line
 from host.link.link import HOLD, RESET, RESUME, RETRACT, STATUS, Link, LinkError, RefusedError, Sent
 from host.machines.machine import Machine
+from host.panel.by_hand import ByHand
 from host.panel.heard import Heard
 from host.panel.job import Job
+from host.panel.orders import BEGIN, MEASURING, ORDERS, TOUCHING, Moment, why_not
 from host.panel.scoping import Scoping
-from host.panel.sharing import Jog, Sharing
+from host.panel.sharing import LEASE_S, Jog, Sharing
 from host.panel.touching import Touching
 from host.panel.tuning import Tuning
 from host.panel.wires import Wire
 from host.run.events import Scale
 from host.tape.start import INTERRUPTED, STARTS_AT
-from softcore.tables.settings import named
 
 __all__ = ["CANCEL", "ORDERS", "Session"]
 
@@ -35,11 +34,7 @@ POLL_S = 0.01
 MODES_S = 2.0       # between two questions for the modal words
 STOP_S = 3.0        # longest wait for rest between the hold and the reset of a stop
 SILENT_S = 3.0      # without a status report the connection is lost
-LINES = 20          # that may wait to be sent
 CANCEL = b"\x85"    # grbl's byte that cancels a jog
-ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose", "run", "arm",
-          "touch", "tune", "connect", "scope", "scope_stop", "scope_force")
-_BEGIN = ("run", "touch", "tune")   # orders that go on by themselves
 _WATCHES = "This page only watches: take the controls first."
 _REST = ("", "Hold:0", "Idle", "Alarm")
 _OWN = "$G"         # asked by the panel itself: a refusal is not told
@@ -84,13 +79,14 @@ class Session:
     def _forget(self) -> None:
         """Forget what belonged to the last connection."""
         self._orders: deque[tuple[str, str, tuple[Any, ...]]] = deque()
-        self._lines: deque[str] = deque()
+        self._hand = ByHand()
         self._sent: Sent | None = None
         self._sent_said = ""        # the controller's message since that line was sent
+        self._before: tuple[int, str] | None = None     # the alarm in force when it was sent
         self._jog: tuple[str, Jog] | None = None     # its page, and the jog
         self._touch: tuple[str, Touching] | None = None     # its page, and the cycle
+        self._lift_s = 0.0      # until when a finger counts as one that was refused
         self._tuner = ""        # the page that has begun to measure the drives, until it is done
-        self._typed: str | None = None      # the page that has sent a jog as a line
         self._of_scope = False      # that line is the oscilloscope's
         self.scope.forget()
         self._start = ""            # block at which the tape is to begin; empty: not yet
@@ -145,6 +141,13 @@ class Session:
                 self._again.set()
                 return ""
             why = self._why_not(name, words)
+            if name == "jog":   # a finger that was refused must be lifted before it moves anything
+                now = self._clock()
+                if why or now < self._lift_s:
+                    self._lift_s = now + LEASE_S
+                    why = why or "Release the button, and press it again."
+            elif name == "jog_end":
+                self._lift_s = 0.0
             if not why:
                 if name == "choose":
                     self.job = words[0]
@@ -157,36 +160,13 @@ class Session:
     def _why_not(self, name: str, words: tuple[Any, ...]) -> str:
         if self.link != "connected":
             return "There is no connection to the controller."
-        state = self.heard.fields.get("state", "")
-        if self._tuner and name in ("line", "run", "touch", "tune", "jog"):
-            return "The drives are being measured: Stop ends it."
-        if name in _BEGIN and (self._start or any(one in _BEGIN for _, one, _ in self._orders)):
-            return "Something else is about to begin."
-        if name == "line":
-            try:
-                check_line(words[0])
-            except UserError as error:
-                return f"{str(error)[:1].upper()}{str(error)[1:]}"
-            if len(self._lines) >= LINES:
-                return f"{LINES} lines wait already."
-        elif name == "choose" and self.running:
-            return "A tape is running."
-        elif name == "run":
-            if self.job is None:
-                return "No tape is chosen."
-            if self.running or state != "Idle":
-                return f"A tape starts from Idle; the state is {self.heard.state or 'not known'}."
-            dry = self.heard.settings.get(named("dry_run_mm_min").number, "0") != "0"
-            if "Armed" not in self.heard.fields and not dry:
-                return ('The discharge is not armed: press the button "arm"'
-                        f"{' below' if self.simulated else ' at the machine'}.")
-        elif name in ("touch", "tune") and (
-                self.running or self._touch is not None or state != "Idle"):
-            return (f"{'Touching' if name == 'touch' else 'Measuring'} starts from Idle; the state "
-                    f"is {self.heard.state or 'not known'}.")
-        elif name == "jog" and (self.running or state not in ("Idle", "Jog", "Run")):
-            return f"A jog starts from Idle; the state is {self.heard.state or 'not known'}."
-        return ""
+        ordered = {one for _, one, _ in self._orders}
+        touches = self._touch is not None or "touch" in ordered
+        moment = Moment(
+            heard=self.heard, job=self.job, running=self.running, simulated=self.simulated,
+            busy=MEASURING if self._tuner else TOUCHING if touches else "",
+            begins=bool(self._start or ordered.intersection(BEGIN)), waiting=len(self._hand))
+        return why_not(name, words, moment)
 
     # ---- the thread
 
@@ -318,6 +298,7 @@ class Session:
                 raise LinkError("the controller has fallen silent.")
             while self._orders:
                 self._carry_out(*self._orders.popleft())
+            self._tend_hand(now)
             self._tend_stop(self._wire.time_s())
             self._tend_jog()
             self._tend_touch()
@@ -332,21 +313,20 @@ class Session:
             self._controller.press(HOLD)
         elif name == "resume":
             self._controller.press(RESUME)
+            if not self.running and self._touch is None and not self._tuner:
+                self._hand.moves(page)
         elif name == "retract":
             self._controller.press(RETRACT)
         elif name == "stop":
             self._end_jog()
-            self._lines.clear()
+            self._hand.clear()
             self._touch = None
             self._start = self._tuner = ""
             self._controller.press(HOLD)
             self._stop_s = self._wire.time_s()
             self.tell("stop: the feed is held; the program ends as soon as the axes rest.")
         elif name == "line":
-            line = words[0].upper()
-            if line.startswith("$J="):
-                self._typed = page
-            self._lines.append(line)
+            self._hand.add(words[0].upper(), page)
         elif name == "jog":
             if self._jog is not None and self._jog[0] == page and self._jog[1].renew(*words):
                 return
@@ -384,20 +364,31 @@ class Session:
                 self.heard.ended = "stopped"
                 self.tell(self.heard.ending)
 
-    def _tend_jog(self) -> None:
-        if self._typed is not None and self.sharing.holder != self._typed:
+    def _tend_hand(self, now: float) -> None:
+        """Hold what a page moves that has let go, drop what it has not sent; tell refusals."""
+        if self._hand.jogs not in ("", self.sharing.holder):
             self._end_jog()     # nobody looks any more at what was typed
+        lines, moves = self._hand.left(self.sharing.holder)
+        if lines:
+            self.tell("not sent, as the page has let go of the controls: " + "; ".join(lines))
+        if moves and not self.running:
+            self._controller.press(HOLD)
+            self.tell("the machine is held: the page that moved it has let go of the controls.")
+        if refusal := self._hand.refusal(self.heard.alarm, now):
+            self.tell(refusal)
+
+    def _tend_jog(self) -> None:
         if self._jog is None:
             return
         page, jog = self._jog
         if jog.over or self.sharing.holder != page:
             self._end_jog()
-        elif self._sent is None and not self._lines and (line := jog.segment()):
+        elif self._sent is None and not self._hand and (line := jog.segment()):
             self._send(line)
 
     def _end_jog(self) -> None:
-        if self._jog is not None or self._typed is not None:
-            self._jog = self._typed = None
+        if self._jog is not None or self._hand.jogs:
+            self._jog, self._hand.jogs = None, ""
             self._controller.realtime(CANCEL)
 
     def _tend_touch(self) -> None:
@@ -409,7 +400,7 @@ class Session:
             self._touch = None
             self._controller.press(HOLD)
             self.tell("touching is held: the page that began it has let go of the controls.")
-        elif self._sent is None and not self._lines:
+        elif self._sent is None and not self._hand:
             try:
                 line = touching.line()
             except UserError as error:
@@ -418,13 +409,13 @@ class Session:
                 return
             if line is not None:
                 self._send(line)
-                return
-            self._touch = None
-            said, zero = touching.ending()
-            self.tell(said)
-            self.offset = touching.offset if touching.offset is not None else self.offset
-            if zero is not None:
-                self._lines.append(zero)
+            elif touching.over:
+                self._touch = None
+                said, zero = touching.ending()
+                self.tell(said)
+                self.offset = touching.offset if touching.offset is not None else self.offset
+                for line in zero:
+                    self._hand.add(line, page)
 
     def _tend_lines(self, now: float) -> None:
         sent = self._sent
@@ -435,8 +426,8 @@ class Session:
             self._answered(sent)
             if self._touch is not None:
                 return      # the next line is the cycle's
-        if self._lines:
-            self._send(self._lines.popleft())
+        if self._hand:
+            self._send(self._hand.take())
         elif self._jog is not None or self._stop_s is not None:
             return
         elif now - self._modes_s > MODES_S:
@@ -448,7 +439,7 @@ class Session:
 
     def _send(self, line: str) -> None:
         self._of_scope = False
-        self._sent_said = ""
+        self._sent_said, self._before = "", self.heard.alarm
         self._sent = self._controller.send_line(line)
 
     def _answered(self, sent: Sent) -> None:
@@ -456,19 +447,19 @@ class Session:
         if self._of_scope:
             self.scope.answered(sent.answer, self._sent_said, self._clock())
             return
+        self._hand.answered()
         if sent.answer == "ok":
             if sent.text.startswith("$") and "=" in sent.text and sent.text[1:2].isdecimal():
-                self._lines.append("$$")
+                self._hand.add("$$")
             if self._touch is None and not sent.text.startswith(("$J=", "$$", _OWN)):
                 self.tell(f"{sent.text}: ok")
             return
         if sent.text.startswith("$J="):
             self._jog = None
-        self._touch = None      # nothing more of a cycle whose line is refused
         if sent.text != _OWN:
-            code = sent.answer.removeprefix("error:")
-            known = alarms.refusal(int(code)) if code.isdecimal() else sent.answer
-            self.tell(f"{sent.text} is refused: {self._sent_said or known}")
+            self._hand.refused(sent.text, sent.answer, self._sent_said, self._before, self._clock())
+            if self._touch is not None:
+                self._touch = None      # nothing more of a cycle whose line is refused
 
     def _hear(self, line: str) -> None:
         with self.lock:
@@ -486,5 +477,7 @@ class Session:
                 if STARTS_AT.match(self._sent_said) or INTERRUPTED.match(self._sent_said):
                     self.tell(self._sent_said)
             self.heard.hear(line, self._wire.time_s(), volts)
+            if line.startswith("<"):
+                self._hand.report(self.heard.state)
             if self.heard.starts != before and self.running:
                 self.running, self.heard.ended = False, "stopped"

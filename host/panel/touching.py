@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A touching cycle on the panel: its next line, and what it has found."""
+"""A touching cycle on the panel: its next line, what it has found, and the zero that it sets."""
 
 from host.errors import UsageError
-from host.touch.command import cycle_of
-from host.touch.cycles import Place, Probe, place_of, zero_line
+from host.link.link import fields_of
+from host.touch.command import check_known, cycle_of
+from host.touch.cycles import Found, Place, Probe, TouchError, place_of
+from host.touch.zero import stands, zero_lines
 
 __all__ = ["Touching"]
+
+FRESH = 2   # reports after the last answer: the first may have been begun before it
 
 
 class Touching:
@@ -22,26 +26,39 @@ class Touching:
 
     def __init__(self, shape: str, probe: Probe, *, toward: str = "", size: float = 0.0,
                  lift: float = 0.0, known: float | None = None, system: int | None = None) -> None:
-        if known is not None and shape not in ("hole", "boss"):
-            raise UsageError("the contact offset is calibrated by a hole or a boss.")
+        check_known(shape, known)
         self.probe, self.known, self.system = probe, known, system
         self.offset: float | None = None    # calibrated by this cycle
+        self.found: Found | None = None
         self._cycle = cycle_of(shape, probe, toward=toward, size=size, lift=lift)
-        self._next: str | None = next(self._cycle)  # refuses what is wrong before anything moves
+        self._next: str | None = next(self._cycle)
         self._told: Place | None = None
+        self._reports = 0                           # since the end of the cycle
+        self._at: dict[str, float] | None = None    # where the axes rest after it
+        self._state = ""
 
     def hear(self, line: str) -> None:
         """Take a line of the controller."""
         self._told = place_of(line) or self._told
+        if self.found is not None and line.startswith("<") and line.endswith(">"):
+            fields = fields_of(line)
+            self._reports += 1
+            self._state = fields["state"]
+            if self._reports >= FRESH and self._state == "Idle":
+                self._at = stands(fields) or self._at
 
     def line(self) -> str | None:
-        """The next line to send, after the answer to the last one; None at the end.
+        """The next line to send, after the answer to the last one; None if there is none now.
 
         Raises
         ------
         TouchError
-            If the cycle cannot go on.
+            If the cycle cannot go on, or an alarm came before the axes rest.
         """
+        if self.found is not None:
+            if not self.over and self._state == "Alarm":
+                raise TouchError("the zero is not set: an alarm came before the axes were at rest.")
+            return None
         line, self._next = self._next, None
         if line is not None:
             return line
@@ -52,8 +69,21 @@ class Touching:
             self.found = end.value
             return None
 
-    def ending(self) -> tuple[str, str | None]:
-        """What was found, as a sentence; and the line that sets the zero, if one is wanted."""
+    @property
+    def over(self) -> bool:
+        """Whether all has been found, and the place is known that a zero needs."""
+        return self.found is not None and (self.system is None or self._at is not None)
+
+    def ending(self) -> tuple[str, list[str]]:
+        """What was found, as a sentence; and the lines that set the zero, if one is wanted.
+
+        Raises
+        ------
+        UsageError
+            If the cycle is not ``over``.
+        """
+        if self.found is None or not self.over:
+            raise UsageError("the cycle has not ended.")
         places = ", ".join(f"{axis} {place:.4f}" for axis, place in self.found.places.items())
         said = f"{self.found.what} found: {places} mm in the machine frame"
         if self.found.size is not None:
@@ -61,4 +91,6 @@ class Touching:
         if self.known is not None:
             self.offset = round(self.found.offset(self.known, self.probe), 4)
             said += f"; contact offset {self.offset:.4f} mm"
-        return said + ".", None if self.system is None else zero_line(self.found, self.system)
+        if self.system is None or self._at is None:
+            return said + ".", []
+        return said + ".", zero_lines(self.found, self.system, self._at)

@@ -4,7 +4,8 @@
 A cycle is a generator. It yields one line at a time, and receives what the controller reported
 while it carried the line out: a ``Place``, or None. The caller waits for the answer to each line.
 If a line is refused or an alarm comes, the caller closes the cycle, and no further line is sent.
-``drive`` is such a caller, over a link; the panel has a loop of its own.
+``drive`` is such a caller, over a link; the panel has a loop of its own. What is wrong with the
+words of a cycle is refused when it is made, by a ``UsageError``: before anything is sent.
 
 Each surface is touched twice by G38.2. A quick touch finds it. The electrode goes back and comes
 nearer again, and a slow touch measures. The gap conducts before electrode and work meet. So the
@@ -23,10 +24,9 @@ from host.errors import UsageError, UserError
 from host.link.link import Link
 
 __all__ = ["AXES", "Cycle", "Found", "Place", "Probe", "TouchError", "boss", "corner", "drive",
-           "edge", "hole", "place_of", "zero_line"]
+           "edge", "hole", "place_of"]
 
 AXES = "XYZ"
-SYSTEMS = 6     # work offsets, G54 to G59
 _TOLD = re.compile(r"\[PRB:(-?[\d.]+),(-?[\d.]+),(-?[\d.]+):([01])\]")
 
 
@@ -160,6 +160,10 @@ def _check(axis: str, way: int) -> None:
 def edge(probe: Probe, axis: str, way: int) -> Cycle:
     """Touch one surface. At the end the electrode stands ``back`` before it."""
     _check(axis, way)
+    return _edge(probe, axis, way)
+
+
+def _edge(probe: Probe, axis: str, way: int) -> Cycle:
     surface = yield from _touch(probe, axis, way)
     return Found("edge", {axis: surface})
 
@@ -177,10 +181,14 @@ def corner(probe: Probe, x_way: int, y_way: int, *, along: float = 2.0) -> Cycle
         raise UsageError("the way along a side must be above 0 and at most 1000 mm, not "
                          f"{along:g}.")
     out = along + probe.radius + probe.clear
+    far = Probe(**{**vars(probe), "reach": max(probe.reach, out + probe.clear)})
+    return _corner(probe, far, x_way, y_way, along, out)
+
+
+def _corner(probe: Probe, far: Probe, x_way: int, y_way: int, along: float, out: float) -> Cycle:
     x = yield from _touch(probe, "X", x_way)
     yield from _move(probe, Y=-y_way * out)
     yield from _move(probe, X=x_way * (probe.back + probe.radius + along))
-    far = Probe(**{**vars(probe), "reach": max(probe.reach, out + probe.clear)})
     y = yield from _touch(far, "Y", y_way)
     return Found("corner", {"X": x, "Y": y})
 
@@ -219,8 +227,7 @@ def boss(probe: Probe, size: float, *, lift: float = 0.0) -> Cycle:
         raise UsageError(f"a boss needs a size above 0 and a lift of 0 or more, both at most 1000 "
                          f"mm, not {size:g} and {lift:g}.")
     half = size / 2 + probe.radius + probe.clear   # from the middle to where a touch begins
-    cycle = _over(probe, half, lift) if lift else _round(probe, half)
-    return (yield from cycle)
+    return _over(probe, half, lift) if lift else _round(probe, half)
 
 
 def _beside(probe: Probe, axis: str, way: int, lift: float) -> Part:
@@ -267,14 +274,6 @@ def _round(probe: Probe, half: float) -> Cycle:
     below = yield from _touch(probe, "Y", 1)
     y = _middle(above, below, told, "Y")
     return Found("boss", {"X": x, "Y": y}, told["Y+"] - told["Y-"], told)
-
-
-def zero_line(found: Found, system: int) -> str:
-    """Line that puts the zero of a work offset, 1 (G54) to 6, at what was found."""
-    if not 1 <= system <= SYSTEMS:
-        raise UsageError(f"a work offset is 1 (G54) to {SYSTEMS} (G59), not {system}.")
-    words = " ".join(_word(axis, place) for axis, place in found.places.items())
-    return f"G21 G10 L2 P{system} {words}"
 
 
 def drive(link: Link, cycle: Cycle, *, tell: Callable[[str], None] | None = None) -> Found:

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from host.errors import UsageError, UserError
 from host.link.link import Link
+from host.link.lock import taken
 from host.link.port import Port
 from host.machines import machine as machines
 from host.run.controller import Controller
@@ -28,14 +29,16 @@ SHOWN_S = 0.15              # of a motion
 
 
 def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, picture: Path,
-         console: Console) -> Proposal:
+         unlock: bool, console: Console) -> Proposal:
     """Measure the axes of ``ways`` ("X+Z-") at ``url``; tell and draw what to set.
+
+    A locked machine is unlocked if ``unlock`` is wanted.
 
     Raises
     ------
     UserError
-        If the controller cannot be reached, refuses a line or is in alarm, an axis does not follow,
-        or the picture cannot be written.
+        If the controller cannot be reached, is locked, refuses a line or is in alarm, an axis does
+        not follow, or the picture cannot be written.
     """
     def say(text: str) -> None:
         console.print(text, markup=False, soft_wrap=True)
@@ -47,13 +50,13 @@ def tune(url: str, ways: str, *, travel_mm: float, baud: int, machine: str, pict
         controller.identify(reset=False)
         link = Link(controller, _quiet)
         link.await_greeting()
-        link.command("$X")
-        settings, found = settings_of(link), []
-        with measuring(link, settings) as kept:
-            for axis, way in moves.items():
-                one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
-                found.append(one)
-                say(told_of(one, settings))
+        with taken(link, unlock=unlock):
+            settings, found = settings_of(link), []
+            with measuring(link, settings) as kept:
+                for axis, way in moves.items():
+                    one = measured(link, settings, axis, way, travel_mm, time_s=port.time_s)
+                    found.append(one)
+                    say(told_of(one, settings))
     finally:
         port.close()
     wanted = proposal(settings, found)

@@ -8,6 +8,7 @@ import pytest
 from rich.console import Console
 
 from host.link.link import Link
+from host.link.lock import LockedError
 from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine
@@ -58,8 +59,24 @@ def tuned(ways, workdir, gain, travel=2.0, **more):
                 time.sleep(0.01)
             ready(url)
             wanted = tune(url, ways, travel_mm=travel, baud=1_000_000, machine="sinker",
-                          picture=picture, console=console)
+                          picture=picture, unlock=False, console=console)
             return wanted, console.export_text(), picture.read_text(encoding="utf-8")
+    finally:
+        machine.close()
+
+
+def test_a_locked_machine_is_neither_unlocked_nor_moved(tmp_path):
+    machine = simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=1, waves=None, trace=False,
+                               progress=print)
+    try:
+        with serving(machine, arm=True, clock=machine.time_s) as (url, _):
+            while machine.time_s() < BOOTED_S:
+                time.sleep(0.01)
+            before = machine.positions()
+            with pytest.raises(LockedError, match=r"Look at the machine .* with \$X"):
+                tune(url, "Z+", travel_mm=2.0, baud=1_000_000, machine="sinker",
+                     picture=tmp_path / "tune.svg", unlock=False, console=Console())
+            assert machine.positions() == before
     finally:
         machine.close()
 

@@ -5,10 +5,11 @@ import math
 import re
 
 from host.touch.cycles import Cycle, Found, drive
+from host.touch.zero import set_zero
 from testbench.cosim.job import MM, Job
 from testbench.native.station import Session
 
-__all__ = ["found", "off", "opens", "twice"]
+__all__ = ["found", "off", "opens", "twice", "zeroed"]
 
 WATCHED = ("pp", "gap_on", "gap_sense", "safe")
 PLACE = re.compile(r"\[PRB:(-?[\d.]+),(-?[\d.]+),(-?[\d.]+):([01])\]")
@@ -112,3 +113,24 @@ def found(session: Session, start: str, *cycles: Cycle) -> list[Found]:
     assert not job.probe("safety_status_safe")
     assert not job.collect().rises("gap_on"), "a discharge pulse"
     return results
+
+
+def zeroed(session: Session, start: str, cycle: Cycle, systems: list[int]) -> dict[int, dict]:
+    """Set the zero of work offsets at what a cycle finds, with an offset of G92 in force.
+
+    Return, by work offset, what the found place reads in it, in mm by axis.
+    """
+    job = _begin(session)
+    for line in start.splitlines():
+        job.link.command(line)
+    result = drive(job.link, cycle)
+    readings = {}
+    for system in systems:
+        set_zero(job.link, result, system)
+    for system in systems:
+        job.link.command(f"G{53 + system}")
+        told = job.link.status()
+        zero = dict(zip("XYZ", map(float, told["WCO"].split(",")), strict=True))
+        readings[system] = {axis: place - zero[axis] for axis, place in result.places.items()}
+    assert not job.told("alarm")
+    return readings

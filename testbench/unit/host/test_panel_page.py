@@ -20,7 +20,7 @@ SVG_LINES = "planned", "trail", "now"
 
 # ---- the gate
 
-def ask(gate, kind="http", query="", **headers):
+def ask(gate, kind="http", query="", path="/x", **headers):
     """Send one request through a gate; return the messages that it answers."""
     said = []
 
@@ -30,7 +30,7 @@ def ask(gate, kind="http", query="", **headers):
     async def send(message):
         said.append(message)
 
-    scope = {"type": kind, "path": "/x", "query_string": query.encode(), "headers": [
+    scope = {"type": kind, "path": path, "query_string": query.encode(), "headers": [
         (name.encode(), value.encode()) for name, value in headers.items()]}
     asyncio.run(gate(scope, receive, send))
     return said
@@ -97,6 +97,17 @@ def test_the_token_goes_from_the_address_into_a_cookie():
     assert not passes(gate, query="token=wrong", host="192.168.1.5:8080")
 
 
+@pytest.mark.parametrize(("path", "leads"), [
+    ("/", b"/"), ("/x/y", b"/x/y"), ("//evil.example/", b"/evil.example/"),
+    ("///evil.example", b"/evil.example"), ("/\\evil.example", b"/evil.example"),
+    ("\\/evil.example", b"/evil.example"), ("/\t/evil.example", b"/%09/evil.example"),
+    ("/\r\nX-A:b", b"/%0D%0AX-A%3Ab"), ("/ä x?y", b"/%C3%A4%20x%3Fy"), ("", b"/")])
+def test_the_token_leads_to_a_place_of_this_panel_only(path, leads):
+    start, _ = ask(Gate(behind, token=TOKEN), path=path, query=f"token={TOKEN}",
+                   host="192.168.1.5:8080")
+    assert dict(start["headers"])[b"location"] == leads
+
+
 def test_addresses_of_this_computer_alone_are_told_from_others():
     assert all(map(is_local, ("127.0.0.1", "127.3.2.1", "localhost", "::1")))
     assert not any(map(is_local, ("0.0.0.0", "::", "192.168.1.5", "a.example", "127.evil.example")))
@@ -112,7 +123,9 @@ def test_an_address_that_is_taken_is_told_in_one_sentence_before_anything_starts
 
 
 @pytest.mark.parametrize(("port", "told"), [
-    ("/dev/null", "/dev/null is no serial port"), ("/dev/nosuch", "there is no port /dev/nosuch")])
+    ("/dev/null", "/dev/null is no serial port"), ("/dev/nosuch", "there is no port /dev/nosuch"),
+    ("http://x", '"http://x" names no port'), ("socket://", '"socket://" names no port'),
+    ("socket://x", '"socket://x" names no port'), ("", '"" names no port')])
 def test_a_name_that_is_no_port_is_told_before_anything_starts(port, told):
     with pytest.raises(UserError, match=f"^{told}"):
         panel(machine="sinker", port=port, baud=9600, clock_hz=None, seed=1,

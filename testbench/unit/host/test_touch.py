@@ -7,8 +7,9 @@ import re
 import pytest
 
 from host.errors import UsageError
-from host.touch.command import cycle_of, ways_of
-from host.touch.cycles import Place, Probe, TouchError, boss, corner, edge, hole, zero_line
+from host.touch.command import SHAPES, check_known, cycle_of, ways_of
+from host.touch.cycles import Found, Place, Probe, TouchError, boss, corner, edge, hole
+from host.touch.zero import await_rest, stands, zero_lines
 
 RADIUS, OFFSET = 3.0, 0.002
 LAG = 0.0007            # by which the axes go on behind a touch
@@ -148,7 +149,10 @@ def test_an_edge(axis, way):
     found = carry_out(edge(PROBE, axis, way), gap)
     assert found.places == pytest.approx({axis: 7.5}, abs=1e-5)
     assert ["F60" in line for line in gap.lines if "G38.2" in line] == [True, False]
-    assert zero_line(found, 2) == f"G21 G10 L2 P2 {axis}7.5000"
+    # The axis stands 0.4 mm before the touch, which is the radius and the offset from the surface.
+    assert zero_lines(found, 2, gap.at) == ["G21", f"G10 L20 P2 {axis}{gap.at[axis] - 7.5:.4f}"]
+    away = 0.4 + PROBE.before(axis) - LAG
+    assert gap.at[axis] - 7.5 == pytest.approx(-way * away, abs=2e-4)
 
 
 def test_a_slow_touch_without_contact_ends_it():
@@ -168,10 +172,11 @@ def test_a_slow_touch_without_contact_ends_it():
     ({"shape": "corner", "toward": "X+X-"}, '"X+X-" names an axis twice'),
     ({"shape": "boss"}, "a boss needs a size above 0"),
     ({"shape": "cave", "toward": "X+"}, 'there is no "cave" to touch'),
+    ({"shape": "ring"}, 'there is no "ring" to touch; there are: edge, corner, hole, boss.'),
 ])
 def test_what_is_missing_is_named(words, said):
     with pytest.raises(UsageError) as refused:
-        next(cycle_of(words.pop("shape"), PROBE, **words))
+        cycle_of(words.pop("shape"), PROBE, **words)
     assert said in str(refused.value)
 
 
@@ -184,3 +189,69 @@ def test_directions():
 def test_a_probe_that_cannot_be_is_refused(wrong):
     with pytest.raises(UsageError):
         Probe(**wrong)
+
+
+def test_the_path_stands_at_place_and_following_error():
+    told = {"MPos": "1.0000,-2.0000,0.5000", "Er": "5,0,-20"}
+    assert stands(told) == pytest.approx({"X": 1.0005, "Y": -2, "Z": 0.498})
+
+
+@pytest.mark.parametrize("damaged", [{"MPos": "1,2,3"}, {"MPos": "1,2,x", "Er": "0,0,0"},
+                                     {"MPos": "1,2", "Er": "0,0"}, {}])
+def test_a_damaged_report_tells_no_place(damaged):
+    assert stands(damaged) is None
+
+
+def test_a_zero_has_no_sign_and_only_axes_that_were_found():
+    found = Found("hole", {"X": 1.00002, "Y": -3.0})
+    assert zero_lines(found, 6, {"X": 1.0, "Y": -2.5, "Z": 9.0}) == [
+        "G21", "G10 L20 P6 X0.0000 Y0.5000"]
+    with pytest.raises(UsageError, match="a work offset is 1"):
+        zero_lines(found, 7, {"X": 0.0, "Y": 0.0, "Z": 0.0})
+
+
+class Reports:
+    """A link that tells its states one after the other."""
+
+    def __init__(self, *states):
+        self.states = list(states)
+
+    def status(self):
+        return {"state": self.states.pop(0), "MPos": f"{len(self.states)},0,0", "Er": "0,0,0"}
+
+    def poll(self, timeout_s):
+        assert timeout_s > 0
+
+
+def test_the_place_is_that_at_rest():
+    assert await_rest(Reports("Run", "Hold", "Run", "Idle"))["X"] == 0
+    with pytest.raises(TouchError, match="the state of the controller is Alarm"):
+        await_rest(Reports("Run", "Alarm", "Idle"))
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), -3.0, 0.0, 1e9])
+def test_a_known_diameter_is_a_length(number):
+    with pytest.raises(UsageError, match="the true diameter must be above 0"):
+        check_known("hole", number)
+
+
+def test_only_a_hole_or_boss_has_a_known_diameter():
+    check_known("edge", None)
+    check_known("boss", 3.0)
+    with pytest.raises(UsageError, match="calibrated by a hole or a boss"):
+        check_known("edge", 3.0)
+
+
+@pytest.mark.parametrize("name", ["size", "lift", "along", "radius", "offset", "reach"])
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), -float("inf"), -3.0])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_number_that_is_none_is_refused_before_a_cycle_begins(shape, name, number):
+    own = {name: number} if name in vars(PROBE) else {}
+    words = {"size": 5.0, "lift": 2.0, "toward": "X+Y+" if shape == "corner" else "X+"}
+    with pytest.raises(UsageError):
+        cycle_of(shape, Probe(**own), **(words if own else words | {name: number}))
+
+
+def test_a_corner_that_is_too_far_off_is_refused_before_it_begins():
+    with pytest.raises(UsageError, match="near < back <= reach <= 1000"):
+        cycle_of("corner", PROBE, toward="X+Y+", along=999.9)

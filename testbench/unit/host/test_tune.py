@@ -248,7 +248,8 @@ def test_speed_is_one_that_the_machine_reaches_at_once():
 ])
 def test_arguments_that_mean_nothing_are_told(ways, travel, complaint):
     with pytest.raises(UsageError, match=re.escape(complaint)):
-        tune("x", ways, travel_mm=travel, baud=1, machine="sinker", picture=None, console=None)
+        tune("x", ways, travel_mm=travel, baud=1, machine="sinker", picture=None, unlock=False,
+             console=None)
 
 
 
