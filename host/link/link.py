@@ -10,7 +10,9 @@ names the number, ``ok @17`` or ``error:9 @17``. Numbers begin with 0 after ever
 by 1, modulo 65536. One of the last 64 lines that comes again gets the same answer again, and is not
 carried out again. Any other number, a wrong check, and a line in which the receiver saw an error
 are refused whole by ``error:108``, with the number if it could be read. This host then sends the
-line again, and also if no answer comes.
+line again, and also if no answer comes. After an alarm it does not: what was ordered before it must
+not start a motion afterwards, such as a ``$X`` and a jog that waited for a cable to be plugged in
+again. Then an empty line with the same number is sent in its place.
 
 From the first numbered line to the next reset the link is *guarded*: a line without a number is
 refused, and the single bytes `~`, 0xB0 and those of the overrides do nothing. So no damaged byte
@@ -33,6 +35,7 @@ second until the controller is switched off and on::
 It may come in the middle of a line, which must then be ignored.
 """
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -59,6 +62,9 @@ UNANSWERED_FRAMES = 20    # then the controller is asked for its status
 DAMAGED = 10              # times in a row that a frame or a line may arrive damaged
 POLL_S = 0.01             # longest time between two looks at ``stop``
 NUMBERS = 1 << 16
+
+GREETS_S = 1.0            # a greeting that comes so soon after a reset is that of the reset
+ALARMED = "an alarm came before its answer, and it was not sent again"
 
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
 _DAMAGED_LINE = error_line("line")
@@ -129,7 +135,7 @@ class BytePipe(Protocol):
 class Sent:
     """A line that has been sent: ``answer`` is None until the controller gives one.
 
-    The answer is ``ok``, ``error:N``, or the sentence that the controller has started anew.
+    The answer is ``ok``, ``error:N``, ``ALARMED``, or that the controller has started anew.
     """
 
     number: int
@@ -138,7 +144,15 @@ class Sent:
     last_s: float               # and last
     awaited: bool               # somebody waits for the answer
     damaged: int = 0            # times it was refused as damaged
+    stale: bool = False         # an alarm came since then: it is not sent again,
+    emptied: bool = False       # but an empty line in its place
     answer: str | None = None
+
+    def again(self) -> bytes:
+        """Bytes with which it is sent again."""
+        if self.stale and not self.emptied:
+            self.emptied, self.damaged = True, 0
+        return numbered(self.number, "" if self.emptied else self.text)
 
 
 class Link:
@@ -163,6 +177,7 @@ class Link:
         self._again = False   # they are to be sent again
         self._report = ""     # last status report, without its brackets
         self._held: str | None = None  # why the processor is held
+        self._reset_s = -math.inf   # when this link has sent a reset
 
     def poll(self, timeout_s: float) -> None:
         """Take the bytes that have come, waiting at most ``timeout_s`` for one.
@@ -180,6 +195,7 @@ class Link:
         """Send one real-time byte. After ``RESET`` no line from before it is sent again."""
         if byte == RESET:
             self._forget()
+            self._reset_s = self.pipe.time_s()
         self.pipe.write(byte)
 
     def press(self, button: bytes | str) -> None:
@@ -281,8 +297,7 @@ class Link:
             self._again = self._again or now - sent.last_s > LINE_TIMEOUT_S
         if self._again and self._open:
             # The first byte ends a damaged line: the damage may have hit its end.
-            self.pipe.write(b"\n" + b"".join(numbered(sent.number, sent.text)
-                                             for sent in self._open))
+            self.pipe.write(b"\n" + b"".join(sent.again() for sent in self._open))
             for sent in self._open:
                 sent.last_s = now
         self._again = False
@@ -292,7 +307,7 @@ class Link:
         sent = next((one for one in self._open if one.number == number), None)
         if code != _DAMAGED_LINE:
             if sent is not None:
-                sent.answer = code
+                sent.answer = ALARMED if sent.emptied else code
                 self._open.remove(sent)
             return
         # A line that follows a damaged one is out of sequence, and refused as well.
@@ -301,6 +316,9 @@ class Link:
             one.damaged += 1
             if one.damaged == DAMAGED:
                 self._open.remove(one)
+                if one.emptied:     # it had been taken: the number is another line's
+                    one.answer = ALARMED
+                    return
                 raise LinkError(f'the link is bad: "{one.text}" arrived damaged {DAMAGED} times.')
 
     def send_tape(self, rows: bytes, stop: Callable[[], bool]) -> bool:
@@ -409,6 +427,9 @@ class Link:
                 self._report = line.strip("<>")
         elif is_cut(line):
             return
+        elif line.startswith("ALARM:"):
+            for sent in self._open:
+                sent.stale = True
         elif line.startswith(GREETING):
             self._started()
         elif answer := _ANSWER.fullmatch(line):
@@ -419,12 +440,14 @@ class Link:
         self.on_line(line)
 
     def _started(self) -> None:
-        """Begin to number anew."""
-        self._number, self._held = 0, None
-        self._forget()
+        """The controller has started. If a reset was the cause, what came after it counts."""
+        self._held = None
+        if self.pipe.time_s() - self._reset_s > GREETS_S:
+            self._forget()
 
     def _forget(self) -> None:
-        """A controller that starts has forgotten all lines."""
+        """A controller that starts has forgotten all lines, and numbers them anew."""
+        self._number = 0
         for sent in self._open:
             sent.answer = "the controller has started anew"
         self._open.clear()

@@ -79,6 +79,9 @@ def test_a_touched_surface_reads_zero_with_an_offset_of_g92(session):
     session.order("a", "line", "G92 Z7.5")
     session.order("a", "line", "G55")
     until(lambda: session.notice == "G55: ok", lambda: session.seen("a"))
+    reports = len(session.heard.samples)
+    until(lambda: len(session.heard.samples) > reports + 2 and session.heard.state == "Idle",
+          lambda: session.seen("a"))
     touching = Touching("edge", PROBE, toward="Z-", system=2)
     assert session.order("a", "touch", touching) == ""
     assert "Touching is under way" in session.order("a", "jog", "X", 1, 300.0)

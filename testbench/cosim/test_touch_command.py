@@ -122,13 +122,19 @@ def test_a_zero_is_set_and_stays():
 
 
 def test_ctrl_c_in_a_touch_holds_the_machine():
-    def seen(text):
-        if "G38.2" in text:
-            threading.Timer(0.5, _thread.interrupt_main).start()
-
     with switched_on() as (url, machine):
         enter(url, "$X", "$POSITION=HERE", "G91 G94 G01 Z3 F600")
         before = machine.positions()["z"]
+
+        def interrupt():
+            while machine.positions()["z"] > before - 2_000:
+                time.sleep(0.01)
+            _thread.interrupt_main()
+
+        def seen(text):
+            if "G38.2" in text:
+                threading.Thread(target=interrupt, daemon=True).start()
+
         screen = Screen(seen)
         with pytest.raises(KeyboardInterrupt):
             touched(url, Probe(reach=2.5), screen=screen)
