@@ -47,6 +47,12 @@ class ByHand:
         self.jogs = self._moves = ""
         self._open = False
 
+    def overtaken(self) -> list[str]:
+        """Forget the lines of pages that wait: an alarm has come. Return them."""
+        lines = [line for page, line in self._waiting if page]
+        self._waiting = deque(one for one in self._waiting if not one[0])
+        return lines
+
     def take(self) -> str:
         """Return the next line, to be sent now. One must wait."""
         page, line = self._waiting.popleft()

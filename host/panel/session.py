@@ -477,6 +477,8 @@ class Session:
                 if STARTS_AT.match(self._sent_said) or INTERRUPTED.match(self._sent_said):
                     self.tell(self._sent_said)
             self.heard.hear(line, self._wire.time_s(), volts)
+            if line.startswith("ALARM:") and (lines := self._hand.overtaken()):
+                self.tell("not sent, as an alarm came: " + "; ".join(lines))
             if line.startswith("<"):
                 self._hand.report(self.heard.state)
             if self.heard.starts != before and self.running:

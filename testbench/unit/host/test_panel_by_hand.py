@@ -76,6 +76,20 @@ def test_lines_that_wait_are_dropped_with_their_page_and_this_is_told(serve, lea
                                          "$J=G91 X20 F300; G00 X20"]
 
 
+def test_lines_that_wait_are_dropped_when_an_alarm_comes_and_this_is_told(serve):
+    """Else an unlock among them would let the others move the machine."""
+    wire = Slow(waits="G04")
+    session = begun(serve, wire, "G04 P4000", "$X", "G00 X20")
+    wire.say("ALARM:140")
+    until(lambda: told(session, "Not sent"), lambda: session.seen("a"))
+    assert told(session, "Not sent") == ["Not sent, as an alarm came: $X; G00 X20"]
+    wire.waits = ""
+    wire.say(f"ok @{session._sent.number}")
+    assert session.order("a", "line", "$X") == ""
+    until(lambda: "$X" in wire.lines, lambda: session.seen("a"))
+    assert "G00 X20" not in wire.lines
+
+
 def test_a_page_that_takes_over_drops_them_too_and_its_own_are_sent(serve):
     wire = Slow(waits="G04")
     session = begun(serve, wire, "G04 P4000", "G00 X20")
