@@ -75,8 +75,13 @@ LINK = (
     ),
     *breaks_of(
         "host/link/link.py", "unit/host/test_link.py",
-        ("        if byte == RESET:\n            self._forget()\n", "",
+        ("            self._forget()\n            self._reset_s", "            self._number = 0\n"
+         "            self._reset_s",
          "no line from before a reset is sent after it"),
+        ("                sent.stale = True\n", "                sent.stale = False\n",
+         "no line from before an alarm is sent after it", "unit/host/test_link_stale.py"),
+        ("self._reset_s > GREETS_S", "self._reset_s > -1.0",
+         "what follows a reset keeps its number", "unit/host/test_link_stale.py"),
     ),
     *breaks_of(
         "softcore/firmware/link/frame.c", TALK,
