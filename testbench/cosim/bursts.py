@@ -231,7 +231,7 @@ def no_data(session: Session) -> dict:
     job.short(True)
     alarm = job.alarm()
     assert alarm["code"] == alarm_number("halt_no_data")
-    assert "without retraction data" in alarm["text"]
+    assert "retraction without data (G36)" in alarm["text"]
     assert not job.told("retraction_start")
     assert job.probe("path_position") == job.probe("path_command") == job.probe("path_front")
     assert not job.probe("power_control_machining")

@@ -47,6 +47,7 @@ def rests(job):
 def test_homing_ends_between_two_edges_too(edges_mm, pull_off_um):
     with machine(edges_mm) as session:
         job = begin(session, edges_mm, home_pull_off_um=pull_off_um)
+        job.link.command("$POSITION=HERE")      # that of Y and Z, which are not homed
         for _ in range(2):
             job.link.command("$H")
             job.run(session.clock_hz // 20)

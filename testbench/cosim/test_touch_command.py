@@ -2,6 +2,7 @@
 """``gapkeeper touch`` on the simulated machine: its lock, its alarms, and an end by Ctrl-C."""
 
 import _thread
+import signal
 import threading
 import time
 from contextlib import contextmanager
@@ -121,6 +122,15 @@ def test_a_zero_is_set_and_stays():
         assert found.places["Z"] - zero == pytest.approx(0, abs=2.01e-4)
 
 
+@pytest.fixture
+def interrupts():
+    """Ctrl-C is heard, also where a shell has started the tests in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupts")
 def test_ctrl_c_in_a_touch_holds_the_machine():
     with switched_on() as (url, machine):
         enter(url, "$X", "$POSITION=HERE", "G91 G94 G01 Z3 F600")
