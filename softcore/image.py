@@ -47,8 +47,8 @@ SMALL = ["-Xclang", "-Oz"]
 # The few sources compiled for speed, as every block and every line pass through them. All but
 # app/execute.c took a block of 10 um from 20 060 clocks to 17 860, for 6 KB; app/execute.c alone
 # takes 230 of 8230 instructions off, for 1 KB. At most are 18 200 (`cosim/test_retrace.py`).
-FAST = frozenset({"app/execute.c", "app/main_loop.c", "app/program.c", "base/units.c",
-                  "hal/hal_regs.c", "link/link.c", "link/output.c",
+FAST = frozenset({"app/execute.c", "app/main_loop.c", "app/program.c", "base/text.c",
+                  "base/units.c", "hal/hal_regs.c", "link/output.c",
                   # Else the longest step of an arc takes 12 290 clocks: `wander` allows 8500.
                   "path/arc.c", "path/arc_border.c"})
 SANITIZE = {

@@ -184,7 +184,7 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
    may rest away from its command. */
 static bool stands(void) {
     hal_motion motion = hal_motion_read();
-    return hal_safe() ? !motion.moving : path_at_front() && motion.in_position;
+    return hal_safe() ? !motion.moving : path_at_front() && (meter_rests() || motion.in_position);
 }
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {
@@ -342,17 +342,11 @@ __attribute__((noinline)) static bool take_line(void) {
         answer(0); /* does nothing, but senders for grbl expect an answer to every line */
         return true;
     }
-    fault f = {0};
-    if (lines_overtaken()) {
-        /* An unlock among them would let the others move the machine. */
-        fault_at(&f, FAULT_LOCKED, 0, "stopped by an alarm or a reset");
-        refusal = f;
-        return true;
-    }
     if (line[0] == '$') {
         command(line, length);
         return true;
     }
+    fault f = {0};
     if (jog_active())
         fault_at(&f, FAULT_LOCKED, 0, "a jog is under way; send this line when it has ended");
     else if (is_free(&f) && (tape_runs() || !program_line(line, length)))

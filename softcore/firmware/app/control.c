@@ -14,7 +14,6 @@
 #include "base/settings.h"
 #include "base/watch.h"
 #include "gap/gap.h"
-#include "link/lines.h"
 #include "link/tape.h"
 #include "path/path.h"
 
@@ -26,7 +25,6 @@ __attribute__((noinline)) void control_take_alarm(void) {
     walk_drop();
     override_step();
     program_abort();
-    lines_alarm();
     machine_take_alarm();
 }
 

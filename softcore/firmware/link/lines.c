@@ -38,8 +38,6 @@ static const char *const TEXTS[REASONS] = {
    number if that can be read. */
 static char queue[ROOM];
 static uint32_t head, tail, end;    /* free-running */
-static uint32_t alarmed;            /* `end` when an alarm came; it follows `tail` otherwise */
-static bool overtaken;              /* the line taken last came before an alarm */
 
 /* Number of lines that came when the queue was full. While there are any, all further lines are
    refused, so that answers keep their order and no line is carried out after one that is
@@ -93,7 +91,7 @@ static void begin(void) {
 }
 
 void lines_restart(void) {
-    head = tail = alarmed = overflowed = 0;
+    head = tail = overflowed = 0;
     overflow_told = told = guarded = false;
     for (unsigned at = 0; at < KNOWN; at++)
         known[at].there = false;
@@ -111,8 +109,6 @@ void lines_init(void) {
     lines_restart();
 }
 
-void lines_alarm(void) { alarmed = end; }
-bool lines_overtaken(void) { return overtaken; }
 bool lines_guarded(void) { return guarded; }
 bool lines_whole(void) { return !until_quiet; }
 lines_counts lines_count(void) { return counts; }
@@ -445,9 +441,6 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
         tell_refused();
         return LINES_REFUSED;
     }
-    overtaken = (int32_t)(alarmed - tail) > 0;
-    if (!overtaken)
-        alarmed = tail;
     taken = (struct known){.there = queue[tail % ROOM] == '@'};
     if (taken.there) {
         tail++;

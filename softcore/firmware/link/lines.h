@@ -44,9 +44,6 @@ void lines_quiet(void);                 /* nothing has come for a while */
 typedef enum { LINES_NONE, LINES_TEXT, LINES_REFUSED } lines_kind;
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length);
 
-void lines_alarm(void);                 /* an alarm came: what has been received came before it */
-bool lines_overtaken(void);             /* ... and so did the line taken last */
-
 bool lines_wait(void);                  /* a line waits to be taken */
 uint64_t lines_ended(void);             /* clock at which the last good line ended */
 
