@@ -17,7 +17,15 @@ from rich.console import Console
 from host.errors import DONE, FAULT, UsageError, UserError
 from host.experiments.commands import experiment_app
 from host.machines.machine_file import HIGHEST_CLOCK_HZ, LOWEST_CLOCK_HZ
-from host.options import FlashFile, MachineOfTape, WithTcp
+from host.options import (
+    BAUD,
+    LIVE_PORT,
+    Baud,
+    ControllerPort,
+    FlashFile,
+    MachineOfTape,
+    WithTcp,
+)
 from host.places import ROOT
 from host.scope.commands import RunScope, record_gap
 from host.tape.commands import tape_app
@@ -37,7 +45,6 @@ app.add_typer(experiment_app, name="experiment")
 
 
 AT_PORT = "With --port"   # heading of the options of --port
-BAUD = 1_000_000          # of a board
 INTERRUPTED = 130         # exit status that Typer gives after Ctrl-C
 SEEDS = 2**64
 
@@ -205,8 +212,7 @@ def panel(
         metavar="NAME", show_default=False,
         help="A name of this computer by which browsers may call it, beside its own. May be given "
              "several times.")] = None,
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    baud: Baud = BAUD,
     seed: Annotated[int, typer.Option(
         callback=_seed, metavar="N", help="Seed of everything random, as of `run`.")] = 1,
     clock: Annotated[int | None, typer.Option(
@@ -335,11 +341,8 @@ def flash(
 
 @app.command()
 def firmware(
-    port: Annotated[str, typer.Option(
-        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
-                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    port: ControllerPort = LIVE_PORT,
+    baud: Baud = BAUD,
     image: Annotated[Path | None, typer.Option(
         "--image", metavar="FILE", exists=True, dir_okay=False,
         show_default="this checkout's firmware",
@@ -359,15 +362,12 @@ def firmware(
 
 @app.command()
 def doctor(
-    port: Annotated[str, typer.Option(
-        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
-                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    port: ControllerPort = LIVE_PORT,
     board: Annotated[str, typer.Option(
         metavar="BOARD", help="Board, by which wires have pins.")] = "ulx3s",
     machine: Annotated[str | None, typer.Option(
         metavar="NAME|FILE", help="As of `run`: its settings are entered first.")] = None,
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = BAUD,
+    baud: Baud = BAUD,
     report: Annotated[Path, typer.Option(
         "-o", "--output", metavar="FILE", dir_okay=False, show_default="build/doctor.txt",
         help="File for the report, to send along with a question.",

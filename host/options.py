@@ -9,7 +9,8 @@ from typer.core import TyperCommand
 
 from host.machines.machine import built_in
 
-__all__ = ["MACHINE_NAMES", "FlashFile", "MachineOfTape", "Unlock", "WithTcp"]
+__all__ = ["BAUD", "LIVE_PORT", "MACHINE_NAMES", "Baud", "ControllerPort", "FlashFile",
+           "MachineOfTape", "Unlock", "WithTcp"]
 
 MACHINE_NAMES = ", ".join(built_in())
 
@@ -23,6 +24,15 @@ FlashFile = Annotated[Path | None, typer.Option(
     "--flash", metavar="FILE", dir_okay=False, show_default="none: a fresh memory",
     help="Keep what the simulated controller's flash memory holds (settings, offsets, conditions, "
          "fluid classes) in this file, from one power-on to the next. A missing file is made.")]
+
+LIVE_PORT = "socket://127.0.0.1:3333"   # of ``gapkeeper simulate``
+ControllerPort = Annotated[str, typer.Option(
+    "--port", metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. "
+                                  "Without it, a simulated one on this computer.")]
+
+BAUD = 1_000_000
+Baud = Annotated[int, typer.Option(
+    "--baud", min=1, metavar="N", help="Bits a second of a serial line.")]
 
 Unlock = Annotated[bool, typer.Option(
     "--unlock", help="Unlock a locked machine first ($X). Look at it before: its lock has a cause. "

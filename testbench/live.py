@@ -2,12 +2,16 @@
 """A controller that runs in a thread of this program, and clients that connect to it."""
 
 import threading
+import time
 from contextlib import contextmanager
 
 from host.link.serve import Tcp
+from host.run import simulation
 from host.run.live import Live
 
-__all__ = ["Client", "serving"]
+__all__ = ["Client", "serving", "switched_on"]
+
+BOOTED_S = 0.3      # of the machine's time, from power-on
 
 
 @contextmanager
@@ -38,6 +42,20 @@ def serving(machine, line=None, **options):
         line.close()
         if failures:
             raise failures[0]
+
+
+@contextmanager
+def switched_on(machine):
+    """A simulated machine, just switched on; yield the URL of its controller, and the machine."""
+    begun = simulation.start(machine, clock_hz=machine.clock_hz, seed=1, waves=None, trace=False,
+                             progress=print)
+    try:
+        with serving(begun, arm=True, clock=begun.time_s) as (url, _):
+            while begun.time_s() < BOOTED_S:
+                time.sleep(0.01)
+            yield url, begun
+    finally:
+        begun.close()
 
 
 class Client:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from host.options import Unlock
+from host.options import BAUD, LIVE_PORT, Baud, ControllerPort, Unlock
 
 __all__ = ["touch_work"]
 
@@ -20,9 +20,7 @@ def touch_work(
     toward: Annotated[str, typer.Argument(
         metavar="[DIRECTION]", show_default=False,
         help="Of an edge or corner: the way to its sides, such as X+, Z- or X+Y-.")] = "",
-    port: Annotated[str, typer.Option(
-        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
-                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    port: ControllerPort = LIVE_PORT,
     radius: Annotated[float, typer.Option(
         metavar="MM", help="Radius of the wire or of a round electrode.")] = 0.0,
     offset: Annotated[float, typer.Option(
@@ -44,8 +42,7 @@ def touch_work(
         help="Set the zero of a work offset there: 1 is G54, 6 is G59.")] = None,
     machine: Annotated[str, typer.Option(
         metavar="NAME|FILE", help="As of `run`.")] = "sinker",
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = 1_000_000,
+    baud: Baud = BAUD,
     unlock: Unlock = False,
 ) -> None:
     """Find an edge, a corner, or the middle of a hole or boss by touching it.

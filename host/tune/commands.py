@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from host.options import Unlock
+from host.options import BAUD, LIVE_PORT, Baud, ControllerPort, Unlock
 
 __all__ = ["tune_drives"]
 
@@ -17,9 +17,7 @@ out = Console(highlight=False)
 def tune_drives(
     axes: Annotated[str, typer.Argument(
         metavar="[AXES]", help="Axes to move, each with the way that is free: X+Y+Z+.")] = "X+Y+Z+",
-    port: Annotated[str, typer.Option(
-        metavar="URL", help="The controller's port: /dev/ttyUSB0, socket://HOST:PORT. Without it, "
-                            "a simulated one on this computer.")] = "socket://127.0.0.1:3333",
+    port: ControllerPort = LIVE_PORT,
     travel: Annotated[float, typer.Option(
         metavar="MM", help="How far each axis goes, and back.")] = 3.0,
     picture: Annotated[Path, typer.Option(
@@ -27,8 +25,7 @@ def tune_drives(
         help="Picture of measured and predicted steps, SVG.")] = Path("build/tune.svg"),
     machine: Annotated[str, typer.Option(
         metavar="NAME|FILE", help="As of `run`.")] = "sinker",
-    baud: Annotated[int, typer.Option(
-        min=1, metavar="N", help="Bits a second of a serial line.")] = 1_000_000,
+    baud: Baud = BAUD,
     unlock: Unlock = False,
 ) -> None:
     """Measure the drives by small motions, and propose the settings of the position loop.

@@ -5,7 +5,6 @@ import _thread
 import signal
 import threading
 import time
-from contextlib import contextmanager
 
 import pytest
 from rich.console import Console
@@ -15,16 +14,14 @@ from host.link.link import Link, RefusedError
 from host.link.lock import LockedError
 from host.link.port import Port
 from host.machines import machine as machines
-from host.run import simulation
 from host.run.controller import Controller
 from host.touch.command import touch
 from host.touch.cycles import Probe, edge
 from host.touch.ending import AlarmError
-from testbench.live import Client, serving
+from testbench.live import Client, switched_on
 
 SINKER = machines.load("sinker")
 BAUD = 1_000_000
-BOOTED_S = 0.3      # of the machine's time, from power-on
 
 
 class Screen(Console):
@@ -37,20 +34,6 @@ class Screen(Console):
     def print(self, *texts, **options):
         super().print(*texts, **options)
         self.seen(str(texts[0]))
-
-
-@contextmanager
-def switched_on():
-    """The sinker, just switched on; yields the address of its line, and the machine."""
-    machine = simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=1, waves=None, trace=False,
-                               progress=print)
-    try:
-        with serving(machine, arm=True, clock=machine.time_s) as (url, _):
-            while machine.time_s() < BOOTED_S:
-                time.sleep(0.01)
-            yield url, machine
-    finally:
-        machine.close()
 
 
 def enter(url, *lines):
@@ -85,7 +68,7 @@ def touched(url, probe, *, unlock=False, screen=None, system=None):
 
 
 def test_a_locked_machine_is_neither_unlocked_nor_moved_unasked():
-    with switched_on() as (url, machine):
+    with switched_on(SINKER) as (url, machine):
         before = machine.positions()
         with pytest.raises(LockedError, match=r"is locked.* Look at the machine .* with \$X"):
             touched(url, Probe())
@@ -99,7 +82,7 @@ def test_a_locked_machine_is_neither_unlocked_nor_moved_unasked():
 @pytest.mark.parametrize(("start", "number", "said"), [
     ("G01 Z1 F600", 5, "without contact"), ("G38.2 Z-1 F60", 4, "touches the work before")])
 def test_an_alarm_is_named_with_what_to_do(start, number, said):
-    with switched_on() as (url, _):
+    with switched_on(SINKER) as (url, _):
         enter(url, "$X", "$POSITION=HERE", f"G91 G94 {start}")
         with pytest.raises(AlarmError, match=f"^alarm {number}: .*{said}") as ended:
             touched(url, Probe(reach=0.5))
@@ -112,7 +95,7 @@ def test_an_alarm_is_named_with_what_to_do(start, number, said):
 
 
 def test_a_zero_is_set_and_stays():
-    with switched_on() as (url, _):
+    with switched_on(SINKER) as (url, _):
         enter(url, "$X", "$POSITION=HERE", "G92 Z7.5")
         screen = Screen()
         found = touched(url, Probe(), screen=screen, system=2)
@@ -132,7 +115,7 @@ def interrupts():
 
 @pytest.mark.usefixtures("interrupts")
 def test_ctrl_c_in_a_touch_holds_the_machine():
-    with switched_on() as (url, machine):
+    with switched_on(SINKER) as (url, machine):
         enter(url, "$X", "$POSITION=HERE", "G91 G94 G01 Z3 F600")
         before = machine.positions()["z"]
 

@@ -2,7 +2,6 @@
 """``gapkeeper tune`` on the simulated machine: drives whose true constants are known."""
 
 import re
-import time
 
 import pytest
 from rich.console import Console
@@ -12,15 +11,13 @@ from host.link.lock import LockedError
 from host.link.port import Port
 from host.machines import machine as machines
 from host.machines.machine import Machine
-from host.run import simulation
 from host.run.controller import Controller
 from host.tune.command import tune
 from softcore.tables.settings import NO_OFFSET, PULSES_PER_MM, assign, named
-from testbench.live import serving
+from testbench.live import switched_on
 
 SINKER = machines.load("sinker")
 AXIS = SINKER.tables["axis"]
-BOOTED_S = 0.3
 GAIN = named("loop_gain").default
 
 
@@ -48,37 +45,22 @@ def ready(url):
 
 def tuned(ways, workdir, gain, travel=2.0, **more):
     """Proposal, and what was told, for a machine whose drives have a gain."""
-    machine = simulation.start(Machine(SINKER.name, SINKER.tables | {"axis": axis(gain, **more)}),
-                               clock_hz=SINKER.clock_hz, seed=1, waves=None, trace=False,
-                               progress=print)
-    picture = workdir / "tune.svg"
-    try:
-        console = Console(record=True, width=200)
-        with serving(machine, arm=True, clock=machine.time_s) as (url, _):
-            while machine.time_s() < BOOTED_S:
-                time.sleep(0.01)
-            ready(url)
-            wanted = tune(url, ways, travel_mm=travel, baud=1_000_000, machine="sinker",
-                          picture=picture, unlock=False, console=console)
-            return wanted, console.export_text(), picture.read_text(encoding="utf-8")
-    finally:
-        machine.close()
+    machine = Machine(SINKER.name, SINKER.tables | {"axis": axis(gain, **more)})
+    picture, console = workdir / "tune.svg", Console(record=True, width=200)
+    with switched_on(machine) as (url, _):
+        ready(url)
+        wanted = tune(url, ways, travel_mm=travel, baud=1_000_000, machine="sinker",
+                      picture=picture, unlock=False, console=console)
+        return wanted, console.export_text(), picture.read_text(encoding="utf-8")
 
 
 def test_a_locked_machine_is_neither_unlocked_nor_moved(tmp_path):
-    machine = simulation.start(SINKER, clock_hz=SINKER.clock_hz, seed=1, waves=None, trace=False,
-                               progress=print)
-    try:
-        with serving(machine, arm=True, clock=machine.time_s) as (url, _):
-            while machine.time_s() < BOOTED_S:
-                time.sleep(0.01)
-            before = machine.positions()
-            with pytest.raises(LockedError, match=r"Look at the machine .* with \$X"):
-                tune(url, "Z+", travel_mm=2.0, baud=1_000_000, machine="sinker",
-                     picture=tmp_path / "tune.svg", unlock=False, console=Console())
-            assert machine.positions() == before
-    finally:
-        machine.close()
+    with switched_on(SINKER) as (url, machine):
+        before = machine.positions()
+        with pytest.raises(LockedError, match=r"Look at the machine .* with \$X"):
+            tune(url, "Z+", travel_mm=2.0, baud=1_000_000, machine="sinker",
+                 picture=tmp_path / "tune.svg", unlock=False, console=Console())
+        assert machine.positions() == before
 
 
 @pytest.mark.soak
