@@ -93,9 +93,9 @@ class Run:
     start of its file; without it both position and program zero must have been declared. With
     ``arm`` the run waits until the discharge is armed. With ``from_block`` the tape begins at this
     block, counted from 1: those before it are reckoned only, and the machine stops before it goes
-    there. With ``from_record`` the controller itself knows the block in which the tape was
-    interrupted; ``from_block`` is then this block as soon as it has told it. ``zero`` is where
-    program zero must be at the start, as ``offset``, if that is known.
+    there. With ``from_record`` the controller itself is asked where the tape was interrupted, and
+    ``from_block`` is the block that it has told; if it does not know, ``from_block`` counts as it
+    was given. ``zero`` is where program zero must be at the start, as ``offset``, if that is known.
     ``at_block`` is called with the number of every block that begins. ``goes_on`` is called at this
     stop, and at a programmed one, until it returns True; it is given what the controller asks for,
     or nothing at M00 and M01. ``watch`` is called now and then with the run, to show its progress.
@@ -161,7 +161,7 @@ class Run:
             self._leave()
             raise
         self.began = True
-        if self.from_block > 1:
+        if self.from_block > 1 and not self.from_record:
             self.link.command(f"$FROM={self.from_block}")
         if self.link.send_tape(self.tape.rows, self._over):
             while not self._over():
@@ -228,7 +228,17 @@ class Run:
             self.offset = dict(zip(events.AXES, map(float, places), strict=True))
         self._check_zero(status)
         if self.from_record:
+            self._ask_record()
+
+    def _ask_record(self) -> None:
+        """Let the tape begin where the controller says, or else at ``from_block``."""
+        if not self.from_block:
             self._enter("$FROM=LAST", "the tape that is to go on (--from last)")
+            return
+        try:
+            self.link.command("$FROM=LAST")
+        except RefusedError:    # as after power-off without homing
+            self.from_record = False
 
     def _check_zero(self, status: dict[str, str]) -> None:
         """Refuse a program zero that is not where it was; tell the line that sets it there."""

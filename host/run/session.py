@@ -108,12 +108,13 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder:
     chosen = machines.load(DEFAULT if machine is None else machine)
     folder, clock_hz = _checked(folder or RUNS / path.stem, mdi), clock_hz or chosen.clock_hz
     wanted = _scope(scope)
-    record = start is not None and start.lower() == LAST and not (folder / FILE).exists()
-    begin, zero = (0, {}) if record else _begin(folder, tape, start)
-    if (zero or record) and at_start:
+    record = start is not None and start.lower() == LAST
+    unknown = record and not (folder / FILE).exists()
+    begin, zero = (0, {}) if unknown else _begin(folder, tape, start)
+    if record and at_start:
         raise UsageError(f"--from {LAST} and --at-start: the machine stands where the tape was "
                          "interrupted, and not at its start.")
-    if record:
+    if unknown:
         console.print(f"the folder {folder} has no interrupted run: the tape goes on where the "
                       "controller says", soft_wrap=True, markup=False)
     port = Port(url, baud)

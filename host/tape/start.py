@@ -11,7 +11,7 @@ __all__ = ["INTERRUPTED", "LAST", "STARTS_AT", "block_of"]
 
 LAST = "last"       # in place of a block: where the tape was interrupted
 # The controller's message before it goes to a block, and that after power-off in a cut.
-STARTS_AT = re.compile(r"block (\d+) begins at ")
+STARTS_AT = re.compile(r"block (\d+) (?:begins|was left) at ")
 INTERRUPTED = re.compile(r"a tape was interrupted in block (\d+)")
 
 _WANTED = re.compile(r"(N?)(\d{1,8})", re.IGNORECASE)

@@ -55,6 +55,8 @@ AXES = (
     *breaks_of(
         "softcore/firmware/app/control.c", HOMING,
         ("    homing_stop();\n", "", "an alarm ends homing"),
+        ("    lines_alarm();\n", "", "no line that waits outlives an alarm",
+         "unit/firmware/test_overtaken.py"),
         ("    gap_end_trial();\n", "", "a reset ends the trial of levels", WIRING),
         ("|| homes) &&", ") &&", "a reset during homing is an alarm"),
     ),

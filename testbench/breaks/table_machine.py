@@ -260,7 +260,7 @@ MACHINE = (
         ("    machine_stop();\n    jog_stop();\n    homing_stop();",
          "    jog_stop();\n    homing_stop();",
          "after an alarm motion has to be allowed anew"),
-        ("    program_abort();\n    machine_take_alarm();", "    machine_take_alarm();",
+        ("    program_abort();\n    lines_alarm();", "    lines_alarm();",
          "an alarm ends the program"),
         ("    if (machine_locked())\n        return fault_at(f, FAULT_LOCKED",
          "    if (machine_locked() && !machine_position_lost())\n"

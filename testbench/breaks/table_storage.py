@@ -8,6 +8,7 @@ __all__ = ["STORAGE"]
 PITCH = "unit/firmware/test_pitch.py"
 BOOKMARK = "unit/firmware/test_bookmark.py"
 JOURNAL = "unit/firmware/test_journal.py"
+PULSE = "unit/firmware/test_resume_pulse.py"
 SLOTS = "unit/firmware/test_slots.py"
 STORAGE = (
     *breaks_of(
@@ -42,7 +43,7 @@ STORAGE = (
     *breaks_of(
         "softcore/firmware/app/resume.c", BOOKMARK,
         ("last->homed && machine_homed()", "machine_homed()", "the first run was homed"),
-        ("ours != machine_frame()", "!ours", "a loss of the position ends the frame"),
+        ("ours != machine_frame() && ", "!ours && ", "a loss of the position ends the frame"),
         ("(last->homed && machine_homed())", "last->homed", "it is homed again"),
         ("same = same && zero", "same = zero", "program zero of every axis"),
         ("    kept = begun = !dry;", "    kept = begun = true;", "a dry run is none"),
@@ -55,6 +56,27 @@ STORAGE = (
         ("mix(total + at, ", "mix(total, ", "it is the same setting that has a value", PITCH),
         (" ||\n            (group == GROUP_PITCH && settings_differs(at))", "",
          "tables of screws are compared", PITCH),
+        ("|| ours != machine_frame() ||", "||", "homing makes it another place", PULSE),
+        ("rest->delta[axis] -= way;", "rest->delta[axis] -= 0 * way;", "the rest of a line", PULSE),
+        ("- (uint32_t)way * MOVE_FINE", "- 0 * (uint32_t)way", "... around the same centre", PULSE),
+        ("rest->arc = rest->arc && more;", "", "a short rest of an arc is a line", PULSE),
+        ("+ 1;\n    under = 0;", "+ 1;", "what moves by hand is no block of the tape", PULSE),
+        ("p->corners && rest_of != bookmark_now()->line", "p->corners",
+         "it may be left twice behind a corner", PULSE),
+        ("rests = rests || way > NEAR || way < -NEAR;", "rests = true;",
+         "what has hardly begun begins anew", PULSE),
+    ),
+    *breaks_of(
+        "softcore/firmware/path/path.c", PULSE,
+        ("from = entry_of(entered)->start,", "from = entry_of(entered)->start - 5000,",
+         "an earlier block is not the one of the front"),
+    ),
+    *breaks_of(
+        "softcore/firmware/app/start_block.c", PULSE,
+        ("    rests = false;\n    start_block_done();", "    start_block_done();",
+         "the rest is only that of the tape"),
+        ("rest.delta[2] ? &rest : 0;", "rest.delta[2] ? &rest : move;",
+         "what has ended is not carried out again"),
     ),
     *breaks_of(
         "softcore/firmware/store/slots.c", SLOTS,

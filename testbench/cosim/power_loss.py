@@ -32,7 +32,8 @@ from testbench.cosim.whole_cuts import BIN_MM, Side, wall_um
 from testbench.models import bookmark
 from testbench.native.simulation import Simulation
 
-__all__ = ["CAVITY", "SLOT", "Result", "Shop", "Work", "cuts", "machine_on", "whole"]
+__all__ = ["CAVITY", "SLOT", "Result", "Shop", "Work", "cuts", "interruptions", "listed",
+           "machine_on", "whole"]
 
 SWITCH_MM = 1.5             # reference switches, from where the axes start
 PULL_OFF_MM = 0.1
@@ -269,9 +270,18 @@ def cuts(work: Work, seed: int,
          clocks: Iterable[int]) -> Iterator[tuple[int, int | None, Result]]:
     """Cut the power so many clocks after the start of the tape, and go on, for each number.
 
-    One job runs through all of these clocks; what follows a cut is done in a process of its own,
-    which has the machine as it was then. Yield the clocks, the block in which the controller was
-    interrupted, 0 for none, and the result.
+    Yield the clocks, the block in which the controller was interrupted, 0 for none, and the result.
+    """
+    return interruptions(work, seed, clocks, _gone_on)
+
+
+def interruptions(work: Work, seed: int, clocks: Iterable[int],
+                  gone_on: Callable[[Shop, int], tuple[int | None, Result]],
+                  ) -> Iterator[tuple[int, int | None, Result]]:
+    """As ``cuts``, with whatever ``gone_on(shop, begun)`` does to a tape that began in a clock.
+
+    One job runs through all of these clocks; what follows an interruption is done in a process of
+    its own, which has the machine as it was then.
     """
     with machine_on(work, seed) as session:
         shop = Shop(session, work)
@@ -282,7 +292,7 @@ def cuts(work: Work, seed: int,
         for at in sorted(clocks):
             while session.cycle < begun + at:
                 shop.link.poll((begun + at - session.cycle) / session.clock_hz)
-            yield at, *_apart(lambda: _gone_on(shop, begun))
+            yield at, *_apart(lambda: gone_on(shop, begun))
 
 
 def _apart(work: Callable[[], tuple[int | None, Result]]) -> tuple[int | None, Result]:
@@ -382,14 +392,15 @@ def main() -> None:
     for seed in range(1, chosen.jobs + 1):
         result = whole(work, seed)
         clocks = clocks or result.clocks
-        print(f"seed {seed}, no cut: {_list(result.left_um)}", flush=True)
+        print(f"seed {seed}, no cut: {listed(result.left_um)}", flush=True)
     rng = random.Random(chosen.seed)
     wanted = [rng.randrange(clocks) for _ in range(chosen.cuts)] if clocks else []
     for at, block, result in cuts(work, rng.randrange(1 << 32), wanted):
-        print(f"cut after {at} clocks, in block {block}: {_list(result.left_um)}", flush=True)
+        print(f"cut after {at} clocks, in block {block}: {listed(result.left_um)}", flush=True)
 
 
-def _list(numbers: Iterable[float]) -> str:
+def listed(numbers: Iterable[float]) -> str:
+    """Numbers as ``main`` prints them."""
     return " ".join(f"{one:.1f}" for one in numbers)
 
 

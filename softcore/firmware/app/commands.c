@@ -184,7 +184,7 @@ __attribute__((noinline)) static void obey_notes(uint32_t notes) {
    may rest away from its command. */
 static bool stands(void) {
     hal_motion motion = hal_motion_read();
-    return hal_safe() ? !motion.moving : path_at_front() && (meter_rests() || motion.in_position);
+    return hal_safe() ? !motion.moving : path_at_front() && motion.in_position;
 }
 
 __attribute__((noinline)) static void assign(const char *line, uint32_t length, fault *f) {

@@ -8,12 +8,14 @@
 #include "app/meter.h"
 #include "app/override.h"
 #include "app/program.h"
+#include "app/resume.h"
 #include "app/walk.h"
 #include "base/alarm.h"
 #include "base/pitch.h"
 #include "base/settings.h"
 #include "base/watch.h"
 #include "gap/gap.h"
+#include "link/lines.h"
 #include "link/tape.h"
 #include "path/path.h"
 
@@ -25,6 +27,7 @@ __attribute__((noinline)) void control_take_alarm(void) {
     walk_drop();
     override_step();
     program_abort();
+    lines_alarm();
     machine_take_alarm();
 }
 
@@ -69,6 +72,7 @@ void control_end_jog(void) {
 bool control_unlock(fault *f) {
     if (!machine_locked())
         return true;
+    resume_leave(); /* before the axes take over where they stand */
     if (!machine_clear(f))
         return false;
     /* A path that begins here also ends the halted state. */

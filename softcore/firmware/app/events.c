@@ -129,7 +129,7 @@ static void tell_notice(uint64_t cycle, const int32_t *position) {
     notice *n = &notices[notice_tail++ % NOTICES];
     alarm_set_line(n->line);
     if (!(n->line & ALARM_BY_HAND)) {
-        resume_at(n->line, n->digest);
+        resume_at(n->line, n->digest, n->number);
         output_block(cycle, n->line, position, &texts[n->text % TEXTS]);
     }
 }

@@ -292,7 +292,7 @@ static part move(fault *f) {
         return PART_MOVE;
     if (!told)
         notice();
-    if (work->corners && !cornered) {
+    if (work->corners && !cornered && !start_block_rests()) {
         path_append(&work->corner, units_rate(speed_of(work->corner_speed, work->corner_rapid)),
                     work->corner_rapid, machine_machining());
         cornered = true;
@@ -303,8 +303,10 @@ static part move(fault *f) {
         touch_begin(work->touch_away);
         override_step();
     }
-    path_append(&work->move, units_rate(speed_of(work->speed, work->rapid)), work->rapid,
-                machine_machining());
+    const path_move *way = start_block_rest(&work->move);
+    if (way)
+        path_append(way, units_rate(speed_of(work->speed, work->rapid)), work->rapid,
+                    machine_machining());
     plan_copy(&state, &work->after);
     machine_run(true);
     return work->act == ACT_TOUCH ? PART_TOUCH : after_motion();
@@ -391,7 +393,7 @@ static bool switch_on(fault *f) {
 static part advance(fault *f) {
     switch (at) {
     case PART_START_BLOCK:
-        return start_block_tell(line, f) ? PART_START_WAITS : at;
+        return start_block_tell(line, work, f) ? PART_START_WAITS : at;
     case PART_START_WAITS:
         if (!resumed)
             return at;
@@ -407,7 +409,7 @@ static part advance(fault *f) {
     case PART_START_DISCHARGE:
         if (state.machining && !switch_on(f))
             return at;
-        start_block_drop();
+        start_block_done();
         return before_motion();
     case PART_BEFORE:
         if (!arrived())

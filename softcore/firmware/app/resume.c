@@ -6,8 +6,15 @@
 #include "base/watch.h"
 #include "gap/conditions.h"
 #include "gap/in_force.h"
+#include "interp/arc_words.h"
+#include "interp/plane.h"
 #include "link/output.h"
+#include "path/path.h"
 #include "store/bookmark.h"
+
+/* Pulses. Where it was left so near to its beginning, a block begins anew: on a full circle that is
+   near to its end, too. */
+#define NEAR 16
 
 static bool asked;              /* the next tape is to go on */
 static bool kept;               /* the tape under way moves the bookmark */
@@ -17,6 +24,12 @@ static bookmark first;          /* what its first block makes of the bookmark */
 static uint32_t sum;            /* of the tape's text so far */
 static const modal *now;        /* the state of the tape under way; 0 before the first tape */
 static uint32_t edition, entered;   /* its edition, and the sum of what outlives a tape in it */
+static uint32_t under;          /* number of the block under way on the path; 0: none of a tape */
+/* Where an alarm left it: 1 more than the motions before the one in which it was, 0: unknown. */
+static uint32_t left_in;
+static int32_t left[HAL_AXES];
+static bool rests;              /* of the first block of this tape only a rest is carried out */
+static uint32_t rest_of;        /* the block of which only a rest was carried out, without a corner */
 static uint32_t before;         /* sum of what else was entered before the tape began */
 
 static uint32_t mix(uint32_t total, uint32_t more) {
@@ -77,6 +90,7 @@ bool resume_asked(void) { return asked; }
 void resume_drop(void) { asked = false; }
 
 void resume_forget(void) {
+    under = left_in = 0;
     if (bookmark_now()->line)
         bookmark_move(0, 0);
 }
@@ -106,6 +120,8 @@ static uint32_t entered_before(void) {
 void resume_begin(modal *state, bool dry) {
     now = state;
     kept = begun = !dry;
+    rests = false;
+    under = 0;
     sum = edition = 0;
     before = entered_before();
     first.homed = machine_homed();
@@ -140,10 +156,13 @@ __attribute__((noinline)) uint32_t resume_digest(uint32_t line) {
     return mix(mix(sum, entered), line);
 }
 
-__attribute__((noinline)) void resume_at(uint32_t line, uint32_t digest) {
+__attribute__((noinline)) void resume_at(uint32_t line, uint32_t digest, uint32_t number) {
     if (!kept)
         return;
+    under = number;
+    left_in = 0;
     if (begun) {
+        rest_of = rests ? line : 0;
         first.line = line;
         first.digest = digest;
         bookmark_put(&first);
@@ -165,6 +184,43 @@ bool resume_matches(uint32_t line, fault *f) {
             fault_at(f, FAULT_START_BLOCK, 0,
                      "not the interrupted tape, or settings, G10, G28.1, G30.1, G36 by hand "
                      "have changed; see $FROM=%u", bookmark_now()->line));
+}
+
+void resume_leave(void) {
+    if (hal_motion_read().moving && !hal_safe())
+        return;
+    uint32_t within = under ? path_within() : 0;
+    if (within)
+        left_in = within - under + 1;
+    under = 0;
+    for (unsigned axis = 0; within && axis < HAL_AXES; axis++)
+        left[axis] = hal_axis_command(axis);
+}
+
+bool resume_rest(const plan *p, const int32_t from[HAL_AXES], int32_t at[HAL_AXES],
+                 path_move *rest) {
+    bool corner = p->corners && rest_of != bookmark_now()->line;
+    uint32_t main = 1 + (corner ? p->corner.arc ? 2u : 1u : 0u);
+    if (left_in != main || ours != machine_frame() || !p->moves || p->act == ACT_TOUCH)
+        return false;
+    *rest = p->move;
+    const plane_axes *axes = &PLANE_AXES[p->move.plane];
+    bool more = false;
+    for (unsigned axis = 0; axis < HAL_AXES; axis++) {
+        int32_t way = left[axis] - from[axis] - (p->corners ? p->corner.delta[axis] : 0);
+        rest->delta[axis] -= way;
+        int32_t *centre = &rest->centre[axis == axes->second];
+        if (axis != axes->third)
+            *centre = (int32_t)((uint32_t)*centre - (uint32_t)way * MOVE_FINE);
+        rests = rests || way > NEAR || way < -NEAR;
+        more = more || rest->delta[axis] > NEAR || rest->delta[axis] < -NEAR;
+    }
+    /* So short a piece of a circle is a line. */
+    rest->arc = rest->arc && more;
+    rests = rests && (!rest->arc || arc_words_round(rest));
+    for (unsigned axis = 0; rests && axis < HAL_AXES; axis++)
+        at[axis] = left[axis];
+    return rests;
 }
 
 bool resume_step(void) {

@@ -25,11 +25,22 @@ void resume_text(const char *text, uint32_t length);    /* of its next block */
 
 /* Digest of the tape up to its present block, whose number is `line`, and of the state before it. */
 uint32_t resume_digest(uint32_t line);
-void resume_at(uint32_t line, uint32_t digest);         /* the machine has come to this block */
 void resume_end(void);          /* the tape has ended */
+
+/* The machine has come to block `line`, whose first motion has the number `first` on the path. */
+void resume_at(uint32_t line, uint32_t digest, uint32_t first);
+
+/* The path ends after an alarm. Note where in its block the machine was left; call it again if it was
+   still coming to rest. */
+void resume_leave(void);
 
 /* Is this the block, and the state before it, in which the tape was interrupted? False with a fault
    if not. */
 bool resume_matches(uint32_t line, fault *f);
+
+/* The motion that is left of the block, which begins at `from`, and where it begins, `at`. False if the
+   block is to begin anew: the machine has lost its position since, was left outside of the block's
+   main motion, or at its beginning. */
+bool resume_rest(const plan *p, const int32_t from[HAL_AXES], int32_t at[HAL_AXES], path_move *rest);
 
 bool resume_step(void);         /* as bookmark_step; tells it when the memory fails */

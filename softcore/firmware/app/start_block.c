@@ -17,7 +17,9 @@
 
 static uint32_t first;              /* block at which the tape begins, 0: no block is left out */
 static bool skipped, fluid;
-static int32_t place[HAL_AXES];     /* machine frame, where the next block begins */
+static int32_t place[HAL_AXES];     /* machine frame, where the next block begins, or was left */
+static bool rests;                  /* the block was left within its motion */
+static path_move rest;              /* what is left of it */
 
 void start_block_line(const char *line, uint32_t length, fault *f) {
     uint32_t named = 0;
@@ -35,15 +37,20 @@ void start_block_line(const char *line, uint32_t length, fault *f) {
 
 void start_block_last(const modal *state, fault *f) { first = resume_ask(state, f); }
 
-void start_block_drop(void) {
+void start_block_done(void) {
     first = 0;
     skipped = false;
     resume_drop();
 }
 
+void start_block_drop(void) {
+    rests = false;
+    start_block_done();
+}
+
 void start_block_begin(modal *state) {
     resume_begin(state, machine_dry());
-    skipped = fluid = false;
+    skipped = fluid = rests = false;
     for (unsigned axis = 0; axis < HAL_AXES; axis++)
         place[axis] = state->position[axis];
 }
@@ -100,12 +107,24 @@ bool start_block_goes(void) {
     return true;
 }
 
-bool start_block_tell(uint32_t line, fault *f) {
-    if (resume_asked() && !resume_matches(line, f))
-        return false;
+bool start_block_rests(void) { return rests; }
+
+const path_move *start_block_rest(const path_move *move) {
+    if (!rests)
+        return move;
+    rests = false;
+    return rest.delta[0] || rest.delta[1] || rest.delta[2] ? &rest : 0;
+}
+
+bool start_block_tell(uint32_t line, const plan *p, fault *f) {
+    if (resume_asked()) {
+        if (!resume_matches(line, f))
+            return false;
+        rests = resume_rest(p, place, place, &rest);
+    }
     watch_between(); /* the comparison, this line and the event that follows each take long */
-    output_line("[MSG:block %u begins at X%p Y%p Z%p: ~ goes there without discharge, and on from there]",
-                first, place[0] - output_origin(0), place[1] - output_origin(1),
+    output_line("[MSG:block %u %s at X%p Y%p Z%p: ~ goes there without discharge, and on from there]",
+                first, rests ? "was left" : "begins", place[0] - output_origin(0), place[1] - output_origin(1),
                 place[2] - output_origin(2));
     watch_between();
     events_now(EVENT_WORD_PAUSE, "");

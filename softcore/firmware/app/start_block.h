@@ -16,6 +16,7 @@
 void start_block_line(const char *line, uint32_t length, fault *f);
 void start_block_last(const modal *state, fault *f);
 void start_block_drop(void);
+void start_block_done(void);            /* the machine is there, and the block begins */
 
 /* A tape starts: what follows is reckoned from where the machine stands, or stood when it started
    first. */
@@ -31,10 +32,15 @@ void start_block_function(int32_t m);   /* an M code for the machine side */
 
 bool start_block_fluid(void);           /* M08 is in force */
 
-/* Append the next move to where the block begins, at the start/stop speed: first up and then across,
+/* Append the next move to where the block begins, or was left, at the start/stop speed: first up and then across,
    or first across and then down. Only at the front; false if the machine is there. */
 bool start_block_goes(void);
 
-/* Tell the place of block `line`, and what the operator is asked to do. False with a fault if the tape
+/* Tell the place of block `line`, or where it was left, and what the operator is asked to do. False with a fault if the tape
    is to go on, and is not the one that was interrupted. */
-bool start_block_tell(uint32_t line, fault *f);
+bool start_block_tell(uint32_t line, const plan *p, fault *f);
+
+/* Was the block left within its motion? Then only its rest is carried out, without a corner before
+   it. start_block_rest: what comes in place of this motion, once; 0 if nothing is left. */
+bool start_block_rests(void);
+const path_move *start_block_rest(const path_move *move);

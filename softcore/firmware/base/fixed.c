@@ -46,7 +46,7 @@ SHARED fixed_divisor fixed_divisor_of(int64_t value) {
     return d;
 }
 
-int64_t fixed_fraction(int64_t value, const fixed_divisor *d) {
+__attribute__((noinline)) int64_t fixed_fraction(int64_t value, const fixed_divisor *d) {
     return fixed_product(fixed_scaled(value, d->shift), d->inverse) * 2;
 }
 

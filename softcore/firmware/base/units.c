@@ -63,7 +63,7 @@ uint64_t units_quotient(uint64_t value, uint32_t divisor) {
 }
 
 /* `digits` is below 2**40 and the numerator at most 2**22: no overflow. */
-static uint64_t rounded(uint64_t digits, ratio r) {
+__attribute__((noinline)) static uint64_t rounded(uint64_t digits, ratio r) {
     uint64_t product = digits * r.numerator;
     return r.denominator == 1
                ? product
@@ -154,8 +154,8 @@ static uint32_t clocks_of(uint32_t time, uint32_t per_second) {
     return clocks > UINT32_MAX ? UINT32_MAX : (uint32_t)clocks;
 }
 
-uint32_t units_clocks_of_ns(uint32_t ns) { return clocks_of(ns, 1000000000); }
-uint32_t units_clocks_of_us(uint32_t us) { return clocks_of(us, 1000000); }
+__attribute__((noinline)) uint32_t units_clocks_of_ns(uint32_t ns) { return clocks_of(ns, 1000000000); }
+__attribute__((noinline)) uint32_t units_clocks_of_us(uint32_t us) { return clocks_of(us, 1000000); }
 
 uint32_t units_tenths_of_um(uint32_t pulses) {
     if (pulses_per_mm == 10000)

@@ -47,7 +47,7 @@ uint32_t conditions_edition(void) { return edition; }
 
 void conditions_start(void) { forget(BY_TAPE); }
 
-void conditions_reset(void) {
+__attribute__((noinline)) void conditions_reset(void) {
     forget(BY_TAPE);
     forget(BY_HAND);
     edition++;

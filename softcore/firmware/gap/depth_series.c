@@ -72,7 +72,7 @@ bool depth_series_take_stage(void) {
     return !hal_condition_pending();
 }
 
-void depth_series_drop(void) {
+__attribute__((noinline)) void depth_series_drop(void) {
     (void)depth_series_take_stage();
     running = false;
     count = next;

@@ -100,32 +100,38 @@ static bool find_centre(plan *p, fault *f) {
     return true;
 }
 
-/* Check that the centre is as far from the end as from the start, apart from rounding. The
-   difference must be within the setting, and within a sixteenth of the chord; from half a turn on,
-   a sixteenth of the diameter. */
+/* How much the radius at the end, pulses, differs from the one at the start: 1/64 pulse. It may be a
+   sixteenth of the chord, or, from half a turn on, of the diameter; UINT32_MAX if it is more. */
+static uint32_t difference_of(const path_move *move, uint32_t *end) {
+    vector centre = plane_centre(move), chord = plane_delta(move);
+    uint32_t start = vector_length(centre);
+    if (out_of_reach(chord)) {
+        vector centre_pulses = {centre.u / MOVE_FINE, centre.v / MOVE_FINE};
+        *end = vector_length(vector_difference(chord, centre_pulses));
+        return UINT32_MAX;
+    }
+    vector fine = vector_times(chord, MOVE_FINE), to = vector_difference(fine, centre);
+    int64_t turn = vector_cross(to, centre); /* from the radius of the start to that of the end */
+    bool less = turn && (turn > 0) == move->ccw;
+    uint32_t length = less ? vector_length(fine) : 2 * start, last = vector_length(to);
+    uint32_t difference = start < last ? last - start : start - last;
+    *end = (last + MOVE_FINE / 2) / MOVE_FINE;
+    return difference > length / 16 ? UINT32_MAX : difference;
+}
+
+bool arc_words_round(const path_move *move) {
+    uint32_t end;
+    return difference_of(move, &end) != UINT32_MAX;
+}
+
+/* Check that the centre is as far from the end as from the start, apart from rounding. */
 static bool check_centre(plan *p, fault *f) {
-    vector centre = plane_centre(&p->move), chord = plane_delta(&p->move);
-    uint32_t start = vector_length(centre), end, difference;
+    uint32_t start = vector_length(plane_centre(&p->move)), end;
     if (start < MOVE_FINE)
         return too_small(f, p->arc_column);
     if (start > (uint32_t)units_radius_limit() * MOVE_FINE)
         return too_large(f, p->arc_column);
-    if (out_of_reach(chord)) {
-        vector centre_pulses = {centre.u / MOVE_FINE, centre.v / MOVE_FINE};
-        end = vector_length(vector_difference(chord, centre_pulses));
-        difference = UINT32_MAX;
-    } else {
-        vector fine = vector_times(chord, MOVE_FINE), to = vector_difference(fine, centre);
-        int64_t turn = vector_cross(to, centre); /* from the radius of the start to that of the end */
-        bool less = turn && (turn > 0) == p->move.ccw;
-        uint32_t length = less ? vector_length(fine) : 2 * start;
-        end = vector_length(to);
-        difference = start < end ? end - start : start - end;
-        if (difference > length / 16)
-            difference = UINT32_MAX;
-        end = (end + MOVE_FINE / 2) / MOVE_FINE;
-    }
-    if (difference > (uint32_t)tolerance(p))
+    if (difference_of(&p->move, &end) > (uint32_t)tolerance(p))
         return fault_at(f, FAULT_ARC, p->arc_column,
                         "the radii of the arc differ: %p mm at its start, %p mm at its end",
                         (int32_t)((start + MOVE_FINE / 2) / MOVE_FINE), (int32_t)end);

@@ -38,6 +38,7 @@ static const char *const TEXTS[REASONS] = {
    number if that can be read. */
 static char queue[ROOM];
 static uint32_t head, tail, end;    /* free-running */
+static uint32_t alarmed;            /* `end` when an alarm came; it follows `tail` otherwise */
 
 /* Number of lines that came when the queue was full. While there are any, all further lines are
    refused, so that answers keep their order and no line is carried out after one that is
@@ -91,7 +92,7 @@ static void begin(void) {
 }
 
 void lines_restart(void) {
-    head = tail = overflowed = 0;
+    head = tail = alarmed = overflowed = 0;
     overflow_told = told = guarded = false;
     for (unsigned at = 0; at < KNOWN; at++)
         known[at].there = false;
@@ -109,6 +110,7 @@ void lines_init(void) {
     lines_restart();
 }
 
+void lines_alarm(void) { alarmed = end; }
 bool lines_guarded(void) { return guarded; }
 bool lines_whole(void) { return !until_quiet; }
 lines_counts lines_count(void) { return counts; }
@@ -441,6 +443,9 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
         tell_refused();
         return LINES_REFUSED;
     }
+    bool overtaken = (int32_t)(alarmed - tail) > 0;
+    if (!overtaken)
+        alarmed = tail;
     taken = (struct known){.there = queue[tail % ROOM] == '@'};
     if (taken.there) {
         tail++;
@@ -458,7 +463,13 @@ lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length) {
         count -= CHECK;
     }
     *length = count;
-    return LINES_TEXT;
+    if (!overtaken)
+        return LINES_TEXT;
+    /* An unlock among them would let the lines behind it move the machine. */
+    fault f = {0};
+    fault_at(&f, FAULT_LOCKED, 0, "stopped by an alarm or a reset");
+    answer(&taken, &f);
+    return LINES_REFUSED;
 }
 
 void lines_answer(const fault *f) { answer(&taken, f); }

@@ -44,6 +44,9 @@ void lines_quiet(void);                 /* nothing has come for a while */
 typedef enum { LINES_NONE, LINES_TEXT, LINES_REFUSED } lines_kind;
 lines_kind lines_take(char text[LINES_TEXT_SIZE], uint32_t *length);
 
+/* An alarm came: the lines that wait, and the one that is being received, are refused. */
+void lines_alarm(void);
+
 bool lines_wait(void);                  /* a line waits to be taken */
 uint64_t lines_ended(void);             /* clock at which the last good line ended */
 

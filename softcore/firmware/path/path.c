@@ -411,6 +411,14 @@ uint32_t path_reached(void) {
     return reached;
 }
 
+uint32_t path_within(void) {
+    if (!known || entered >= loaded)
+        return 0;
+    int32_t from = entry_of(entered)->start, at = hal_position();
+    int32_t to = entered + 1 < loaded ? entry_of(entered + 1)->start : fresh_start;
+    return difference(at, from) < 0 || difference(to, at) < 0 ? 0 : entry_of(entered)->block;
+}
+
 bool path_at_front(void) {
     hal_motion motion = hal_motion_read();
     return !known || (motion.state == MOTION_FRONT && !motion.moving && window_high == loaded &&

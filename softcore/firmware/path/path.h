@@ -77,6 +77,10 @@ uint32_t path_pace(void);
    the number of its block. */
 uint32_t path_entered_slot(unsigned slot);
 
+/* The block within which the machine stands, if this is the present segment of the front; else 0, as
+   after a retraction to an earlier one. */
+uint32_t path_within(void);
+
 uint32_t path_next(void);           /* number of the next block to be appended */
 uint32_t path_reached(void);        /* all blocks with lower numbers have been entered */
 uint32_t path_free(void);           /* units that may be appended before the machine moves on, at

@@ -11,7 +11,7 @@ enum { READ = 0x03, STATUS = 0x05, WRITE_ENABLE = 0x06, PROGRAM = 0x02, ERASE = 
 static hal_flash_region region;
 static uint32_t identity;
 
-uint8_t flash_byte(uint8_t byte) { return hal_flash_exchange(byte); }
+__attribute__((noinline)) uint8_t flash_byte(uint8_t byte) { return hal_flash_exchange(byte); }
 uint32_t flash_word(void) {
     uint32_t word = 0;
     for (unsigned i = 0; i < 4; i++)
@@ -77,7 +77,7 @@ void flash_settle(void (*between)(void)) {
 
 void flash_read(unsigned sector, unsigned at) { command_at(READ, sector, at); }
 
-void flash_program(unsigned sector, unsigned at) {
+__attribute__((noinline)) void flash_program(unsigned sector, unsigned at) {
     order(WRITE_ENABLE);
     command_at(PROGRAM, sector, at);
 }

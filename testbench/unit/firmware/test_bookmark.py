@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A tape that power-off interrupts: its bookmark in the flash memory, and going on there."""
 
-import ctypes
 from itertools import pairwise
 
 import pytest
@@ -10,14 +9,14 @@ from softcore.tables.causes import numbers
 from softcore.tables.faults import named
 from softcore.tables.settings import assign
 from softcore.top import SIMULATED_JOURNAL as REGION
-from testbench.firmware import Controller, Memory, events, library
-from testbench.models import bookmark, firmware_slots
+from testbench.firmware import Controller, events
+from testbench.models import bookmark
 from testbench.native.flash import ERASE_UNITS, SECTOR
 from testbench.programs import punched
+from testbench.unit.firmware.conftest import SIZE
 from testbench.unit.firmware.test_homing import Machine, home
 
 GREETING = "Grbl 1.1h ['$' for help]"
-SIZE = 311_296              # bytes of the controller's memory
 RING = bookmark.sectors(REGION, SIZE)
 HEAD, MARK = bookmark.HEAD.size, bookmark.MARK.size
 SECOND = 2000               # passes
@@ -27,15 +26,6 @@ BLOCKS = ("G21 G90 G01 X.3 F600", "G04 P1100", "Y.3", "G04 P1100", "G91 X.25 Z-.
           "Y-.25", "M02")
 # Many blocks in a second.
 QUICK = ("G21 G91 G01 F600", *["X.03", "G04 P70"] * 20, "M02")
-
-
-@pytest.fixture
-def memory():
-    code = library("undefined")
-    told = firmware_slots.words(firmware_slots.image(memory=SIZE))
-    code.gk_configured((ctypes.c_uint32 * len(told))(*told), len(told) - 1, told[-1])
-    yield Memory()
-    code.gk_configured(None, 0, 0)
 
 
 def booted(memory, kind=Controller, **options):

@@ -166,6 +166,10 @@ def test_the_controllers_own_record_leads_on():
         with pytest.raises(UsageError, match=r"\(--from last\) is refused .* no tape was int"):
             fresh.set_up()
         machine_on.write(RESET)
+        known = Run(machine, tape, machine_on, from_block=7, from_record=True)
+        known.set_up()
+        assert not known.from_record, "the block of the folder counts then"
+        machine_on.write(RESET)
         first = Run(machine, tape, machine_on, until_s=machine_on.time_s() + 1.5)
         assert first.execute() == "stopped"
         assert first.from_block == 0
@@ -178,7 +182,10 @@ def test_the_controllers_own_record_leads_on():
         assert second.from_block == 7
         assert [event["text"] for event in second.events if event["event"] == "block"] == [
             "N60 X2 F5"]
-        assert asked[0].startswith("block 7 begins at X0.0200 ")
+        place = re.match(r"block 7 was left at X([\d.]+) ", asked[0])
+        assert 0.025 < float(place[1]) < 0.3
+        at = next(event["pos"]["x"] for event in second.events if event["event"] == "block")
+        assert at == pytest.approx(float(place[1]), abs=0.003)
     finally:
         machine_on.close()
 
