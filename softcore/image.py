@@ -46,9 +46,10 @@ TARGET = ["-target", "riscv32-freestanding-none", "-mcpu=generic_rv32+m+c+zicsr"
 SMALL = ["-Xclang", "-Oz"]
 # The few sources compiled for speed, as every block and every line pass through them. All but
 # app/execute.c took a block of 10 um from 20 060 clocks to 17 860, for 6 KB; app/execute.c alone
-# takes 230 of 8230 instructions off, for 1 KB. At most are 18 200 (`cosim/test_retrace.py`). The
-# linker puts small functions into those compiled for speed, however cold they are: those that are
-# marked `noinline` for that took 2 KB.
+# takes 230 of 8230 instructions off, for 1 KB. At most are 18 200 (`cosim/test_retrace.py`): if
+# there are more, `python -m testbench.cosim.code_order` may find a better order of the functions.
+# The linker puts small functions into those compiled for speed, however cold they are: those that
+# are marked `noinline` for that took 2 KB.
 FAST = frozenset({"app/execute.c", "app/main_loop.c", "app/program.c", "base/text.c",
                   "base/units.c", "hal/hal_regs.c", "interp/wire_offset.c",
                   "link/link.c", "link/output.c",

@@ -17,7 +17,8 @@ ORDERS = ("hold", "resume", "retract", "stop", "line", "jog", "jog_end", "choose
           "touch", "tune", "connect", "scope", "scope_stop", "scope_force")
 BEGIN = ("run", "touch", "tune")    # orders that go on by themselves
 MEASURING, TOUCHING = "The drives are being measured", "Touching is under way"
-_DISTURB = (*BEGIN, "line", "jog")  # orders that would disturb what goes on by itself
+# A retraction needs the data of a tape: without it there is an alarm.
+_DISTURB = (*BEGIN, "line", "jog", "retract")   # orders that would disturb what goes on by itself
 
 
 @dataclass(frozen=True)

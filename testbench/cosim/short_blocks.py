@@ -102,16 +102,14 @@ def _circle(blocks):
     return ["G90 G01 F2900", *(f"X{x:.4f} Y{y:.4f}" for x, y in places)]
 
 
-def first_pass(blocks, clock_hz, *, circle=False):
-    """Cost of a block of 10 um in the middle of so many that are read and machined at once.
-
-    Each is ``X.01``, or, on a circle, about ``X-0.1234 Y1.2345``.
-    """
+def _passed(blocks, clock_hz, circle, watched=()):
+    """Clocks from the first of so many blocks to the last, and what came and changed in them."""
     data = Data(speed=1800, limit=1, high=1800, low=600, changeover=0.01)
     count = blocks + 2 * ENDS
     with Simulation(machine=MACHINE.tables, clock_hz=clock_hz, seed=1, trace=False) as session:
-        job = Job(session, *FAST, watched=())
-        heard, inner = [], job.pipe.read
+        job = Job(session, *FAST, watched=watched)
+        heard, inner, seen = [], job.pipe.read, []
+        job.record.extend = seen.extend
 
         def read(timeout_s):
             data = inner(timeout_s)
@@ -123,5 +121,21 @@ def first_pass(blocks, clock_hz, *, circle=False):
         job.finish()
         assert abs(job.probe("path_position") - count * BLOCK) <= count
         told = [event["cycle"] for event in job.told("block")][-1 - ENDS - blocks:-ENDS]
-        said = sum(length for cycle, length in heard if told[0] < cycle <= told[-1])
-        return Cost((told[-1] - told[0]) / blocks, said / blocks)
+        begun, ended = told[0], told[-1]
+        return (ended - begun,
+                sum(length for cycle, length in heard if begun < cycle <= ended),
+                [value for cycle, _, value in seen if begun < cycle <= ended])
+
+
+def first_pass(blocks, clock_hz, *, circle=False):
+    """Cost of a block of 10 um in the middle of so many that are read and machined at once.
+
+    Each is ``X.01``, or, on a circle, about ``X-0.1234 Y1.2345``.
+    """
+    clocks, said, _ = _passed(blocks, clock_hz, circle)
+    return Cost(clocks / blocks, said / blocks)
+
+
+def fetched(blocks, *, circle=False):
+    """Addresses of the instructions that the processor carries out in so many blocks."""
+    return _passed(blocks, MACHINE.clock_hz, circle, ("fetched",))[2]

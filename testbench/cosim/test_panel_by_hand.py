@@ -84,7 +84,8 @@ def test_a_touched_surface_reads_zero_with_an_offset_of_g92(session):
           lambda: session.seen("a"))
     touching = Touching("edge", PROBE, toward="Z-", system=2)
     assert session.order("a", "touch", touching) == ""
-    assert "Touching is under way" in session.order("a", "jog", "X", 1, 300.0)
+    for disturbs in (("jog", "X", 1, 300.0), ("retract",)):
+        assert "Touching is under way" in session.order("a", *disturbs)
     until(lambda: session.notice.startswith("G10 L20") or "refused" in session.notice,
           lambda: session.seen("a"))
     assert session.notice.endswith(": ok")

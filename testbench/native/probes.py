@@ -120,6 +120,9 @@ PROBES = (
     # Whether the processor takes interrupts.
     Probe("interrupts", 1, natively=True, signal="CsrPlugin_mstatus_MIE", module="VexRiscv",
           scope=f"{SOC}.cpu.core"),
+    # Address of the instruction that has passed the processor's last stage but one.
+    Probe("fetched", 32, natively=True, signal="memory_to_writeBack_PC", module="VexRiscv",
+          scope=f"{SOC}.cpu.core"),
     # Soft limits and guarded registers, of which a test may invert a bit.
     Probe("axis_x_high", 32, signed=True, natively=True),
     Probe("axis_y_low", 32, signed=True, natively=True),
