@@ -98,9 +98,9 @@ class Run:
     was given. ``zero`` is where program zero must be at the start, as ``offset``, if that is known.
     ``at_block`` is called with the number of every block that begins. ``goes_on`` is called at this
     stop, and at a programmed one, until it returns True; it is given what the controller asks for,
-    or nothing at M00 and M01. ``watch`` is called now and then with the run, to show its progress.
-    ``scope`` is a record of the gap oscilloscope, which is armed as the tape starts;
-    ``scope_failed`` says why there is none.
+    or nothing at M00 and M01. ``say`` gets what a user should know. ``watch`` is called now and
+    then with the run, to show its progress. ``scope`` is a record of the gap oscilloscope, which is
+    armed as the tape starts; ``scope_failed`` says why there is none.
 
     After ``execute``: ``outcome`` (end, alarm, rejected, stopped), ``alarm`` (code and text, or
     None), ``events``, ``guards_off`` (guards of the machine that settings have switched off),
@@ -121,6 +121,7 @@ class Run:
     zero: dict[str, float] = field(default_factory=dict)
     at_block: Callable[[int], None] = lambda block: None
     goes_on: Callable[[str], bool] = lambda asked: True
+    say: Callable[[str], None] = lambda text: None
     watch: Callable[["Run"], None] = lambda run: None
     scope: Acquisition | None = None
     events: list[Event] = field(default_factory=list)
@@ -237,8 +238,10 @@ class Run:
             return
         try:
             self.link.command("$FROM=LAST")
-        except RefusedError:    # as after power-off without homing
+        except RefusedError as error:   # as after power-off without homing
             self.from_record = False
+            self.say(f"the controller does not go on by its own record ({error.reason}): block "
+                     f"{self.from_block} counts, of the last run's folder")
 
     def _check_zero(self, status: dict[str, str]) -> None:
         """Refuse a program zero that is not where it was; tell the line that sets it there."""

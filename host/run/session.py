@@ -127,7 +127,8 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder:
             controller.identify(reset=reset)
             job = Run(chosen, tape, controller, mdi=mdi, until_s=until_s, at_start=at_start,
                       arm=arm, goes_on=Stop(say), scope=wanted, from_block=begin,
-                      from_record=record, zero=zero, watch=Watch(console, status, chosen))
+                      from_record=record, zero=zero, say=say,
+                      watch=Watch(console, status, chosen))
             block = _execute(job, folder)
             status.update("drawing the report")
             trace = columns_of(job, controller)
@@ -137,6 +138,9 @@ def run_tape_at(url: str, path: Path, *, baud: int, machine: str | None, folder:
     finally:
         port.close()
     _tell(console, summary, folder, chosen.kind)
+    if record and begin and job.outcome == "rejected":
+        console.print(f"  --from {begin} begins the tape at the block that {folder / FILE} has",
+                      soft_wrap=True, markup=False)
     if block > 1:
         place = tape.told(f"Block {block}").replace("B", "b", 1)
         console.print(f"  --from {LAST} begins the tape at {place}, where it was interrupted",

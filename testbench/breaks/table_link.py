@@ -49,6 +49,8 @@ LINK = (
     ),
     *breaks_of(
         "softcore/firmware/link/lines.c", "unit/firmware/test_lines.py",
+        ("        alarmed = head;\n    now", "        (void)0;\n    now",
+         "what comes after an alarm counts", "unit/firmware/test_overtaken.py"),
         ("until_end || until_quiet ? STALE", "until_end ? STALE", "the rest of a line is no line"),
         ("    if (guarded)\n        return GUARDED;\n", "", "a guarded link takes no plain line"),
         ("    if (tape_due())\n        return ON_TAPE;\n", "",

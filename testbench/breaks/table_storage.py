@@ -59,6 +59,7 @@ STORAGE = (
         ("|| ours != machine_frame() ||", "||", "homing makes it another place", PULSE),
         ("rest->delta[axis] -= way;", "rest->delta[axis] -= 0 * way;", "the rest of a line", PULSE),
         ("- (uint32_t)way * MOVE_FINE", "- 0 * (uint32_t)way", "... around the same centre", PULSE),
+        ("if (rest->arc && axis == axes->third)", "if (0)", "a helix turns in its plane", PULSE),
         ("rest->arc = rest->arc && more;", "", "a short rest of an arc is a line", PULSE),
         ("+ 1;\n    under = 0;", "+ 1;", "what moves by hand is no block of the tape", PULSE),
         ("p->corners && rest_of != bookmark_now()->line", "p->corners",
@@ -68,8 +69,9 @@ STORAGE = (
     ),
     *breaks_of(
         "softcore/firmware/path/path.c", PULSE,
-        ("from = entry_of(entered)->start,", "from = entry_of(entered)->start - 5000,",
+        ("from = entry_of(first)->start,", "from = entry_of(first)->start - 5000,",
          "an earlier block is not the one of the front"),
+        ("        first--;\n", "        break;\n", "an arc is one block"),
     ),
     *breaks_of(
         "softcore/firmware/app/start_block.c", PULSE,

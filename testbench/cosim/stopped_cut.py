@@ -95,7 +95,7 @@ def main() -> None:
     rng = random.Random(chosen.seed)
     wanted = [rng.randrange(result.clocks) for _ in range(chosen.stops)]
     for at, block, result in stops(work, rng.randrange(1 << 32), wanted):
-        says = f"in block {block}, whose rest followed" if block else "and a block began anew"
+        says = f"in block {block}, whose rest followed" if block else "no rest of a block"
         print(f"stop after {at} clocks, {says}: {listed(result.left_um)}", flush=True)
 
 

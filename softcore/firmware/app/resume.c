@@ -12,8 +12,8 @@
 #include "path/path.h"
 #include "store/bookmark.h"
 
-/* Pulses. Where it was left so near to its beginning, a block begins anew: on a full circle that is
-   near to its end, too. */
+/* Pulses. Where it was left so near to its beginning, a block begins anew. Of an arc this counts in its
+   plane: on a full circle that is near to its end, too. */
 #define NEAR 16
 
 static bool asked;              /* the next tape is to go on */
@@ -205,13 +205,14 @@ bool resume_rest(const plan *p, const int32_t from[HAL_AXES], int32_t at[HAL_AXE
         return false;
     *rest = p->move;
     const plane_axes *axes = &PLANE_AXES[p->move.plane];
-    bool more = false;
+    bool more = false; /* of an arc, in its plane */
     for (unsigned axis = 0; axis < HAL_AXES; axis++) {
         int32_t way = left[axis] - from[axis] - (p->corners ? p->corner.delta[axis] : 0);
         rest->delta[axis] -= way;
+        if (rest->arc && axis == axes->third)
+            continue;
         int32_t *centre = &rest->centre[axis == axes->second];
-        if (axis != axes->third)
-            *centre = (int32_t)((uint32_t)*centre - (uint32_t)way * MOVE_FINE);
+        *centre = (int32_t)((uint32_t)*centre - (uint32_t)way * MOVE_FINE);
         rests = rests || way > NEAR || way < -NEAR;
         more = more || rest->delta[axis] > NEAR || rest->delta[axis] < -NEAR;
     }

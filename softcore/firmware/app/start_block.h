@@ -32,12 +32,12 @@ void start_block_function(int32_t m);   /* an M code for the machine side */
 
 bool start_block_fluid(void);           /* M08 is in force */
 
-/* Append the next move to where the block begins, or was left, at the start/stop speed: first up and then across,
-   or first across and then down. Only at the front; false if the machine is there. */
+/* Append the next move to where the block begins, or was left, at the start/stop speed: first up and
+   then across, or first across and then down. Only at the front; false if the machine is there. */
 bool start_block_goes(void);
 
-/* Tell the place of block `line`, or where it was left, and what the operator is asked to do. False with a fault if the tape
-   is to go on, and is not the one that was interrupted. */
+/* Tell the place of block `line`, or where it was left, and what the operator is asked to do. False
+   with a fault if the tape is to go on, and is not the one that was interrupted. */
 bool start_block_tell(uint32_t line, const plan *p, fault *f);
 
 /* Was the block left within its motion? Then only its rest is carried out, without a corner before

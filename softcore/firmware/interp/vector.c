@@ -4,7 +4,9 @@
 #include "base/units.h"
 
 int64_t vector_dot(vector a, vector b) { return (int64_t)a.u * b.u + (int64_t)a.v * b.v; }
-__attribute__((noinline)) int64_t vector_cross(vector a, vector b) { return vector_dot((vector){-a.v, a.u}, b); }
+__attribute__((noinline)) int64_t vector_cross(vector a, vector b) {
+    return vector_dot((vector){-a.v, a.u}, b);
+}
 
 uint32_t vector_length(vector a) { return units_root((uint64_t)vector_dot(a, a)); }
 

@@ -84,6 +84,9 @@ static uint64_t ended;      /* clock at which the last line that was kept has en
 
 static void begin(void) {
     end = head;
+    /* The line before may have been dropped: what comes now has come after the alarm. */
+    if ((int32_t)(alarmed - head) > 0)
+        alarmed = head;
     now.length = now.number = now.text = now.star = 0;
     now.trouble = GOOD;
     now.lost = now.numbered = false;

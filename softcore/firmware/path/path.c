@@ -414,9 +414,12 @@ uint32_t path_reached(void) {
 uint32_t path_within(void) {
     if (!known || entered >= loaded)
         return 0;
-    int32_t from = entry_of(entered)->start, at = hal_position();
+    uint32_t block = entry_of(entered)->block, first = entered;
+    while (first > FIRST_NUMBER && loaded - first < ENTRIES && entry_of(first - 1)->block == block)
+        first--;
+    int32_t from = entry_of(first)->start, at = hal_position();
     int32_t to = entered + 1 < loaded ? entry_of(entered + 1)->start : fresh_start;
-    return difference(at, from) < 0 || difference(to, at) < 0 ? 0 : entry_of(entered)->block;
+    return difference(at, from) < 0 || difference(to, at) < 0 ? 0 : block;
 }
 
 bool path_at_front(void) {

@@ -77,8 +77,8 @@ uint32_t path_pace(void);
    the number of its block. */
 uint32_t path_entered_slot(unsigned slot);
 
-/* The block within which the machine stands, if this is the present segment of the front; else 0, as
-   after a retraction to an earlier one. */
+/* The block within which the machine stands, if it is the one of the front; else 0, as after a retraction
+   to an earlier one. Of an arc of many pieces only the last ones count. */
 uint32_t path_within(void);
 
 uint32_t path_next(void);           /* number of the next block to be appended */

@@ -50,6 +50,25 @@ def test_a_line_that_has_begun_came_before_the_alarm():
     assert machine.line("$X")[-1] == "ok"
 
 
+@pytest.mark.parametrize("last", ["damaged", "order", "again"])
+def test_lines_after_an_alarm_count_whatever_came_of_the_one_before(last):
+    """The alarm comes in a line that is not kept: damaged, an order, or one that comes again."""
+    machine = Controller()
+    machine.unlock()
+    machine.send(numbered(0, "G91 G94"))
+    machine.run(200)
+    line = {"damaged": numbered(1, "G94 G91 G21 G17")[:-2] + b"?\n"[1:],
+            "order": numbered(1, "$RETRACT"), "again": numbered(0, "G91 G94")}[last]
+    machine.send(line[:-1])
+    machine.run(20)
+    tripped(machine, 200)
+    machine.send(line[-1:])
+    machine.run(200)
+    machine.send(numbered(2 if last == "order" else 1, "$X"))
+    assert machine.run(400)[-1].startswith("ok @"), "it came after the alarm"
+    assert machine.reported_state() == "Idle"
+
+
 def test_lines_that_waited_for_a_line_are_carried_out(machine):
     for line in ("G91 G94 G04 P40", "G04 P40", "G01 X1 F600"):
         machine.send(line.encode() + b"\n")

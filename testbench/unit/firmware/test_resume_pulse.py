@@ -170,6 +170,64 @@ def test_an_arc_that_has_almost_ended_ends(machine, arc, near):
     assert machine.axes == (end[0], end[1] + 1000, end[2])
 
 
+@pytest.mark.parametrize("arc", ["G02 X.02 Y.02 I.02 Z-3.2", "G03 X.02 Y.02 J.02 Z-1.6",
+                                 "G03 I.02 Z-3.2"])
+@pytest.mark.parametrize("part", [0.0003, 0.005, 0.5, 0.98, 0.992, 0.9988])
+def test_a_steep_helix_turns_no_further_than_it_is_programmed(machine, arc, part):
+    blocks = program(arc)
+    words = {word[0]: float(word[1:]) for word in arc.split()}
+    begun, way = machine.axes, round(MM * words["Z"])
+    end = (begun[0] + 2000 + round(MM * words.get("X", 0)),
+           begun[1] + round(MM * words.get("Y", 0)), begun[2] + way)
+    machine.library.gk_speed(1)
+    machine.tape(punched(list(blocks)), passes=1)
+    for _ in range(80_000):
+        if told(machine.lines)[-1:] == [4] and machine.axes[2] - begun[2] <= part * way:
+            break
+        machine.run(1)
+    machine.library.gk_trip(ESTOP, 0)
+    machine.run(200)
+    machine.unlock()
+    left = machine.axes
+    says, places = go_on(machine, blocks, speed=3)
+    if "begins at" in says:
+        assert places[0] == left
+        assert (begun[0] + 2000, *begun[1:]) in places
+        return
+    if part > 0.9:
+        assert all(math.dist(place[:2], end[:2]) < 20 for place in places
+                   if place[1] <= end[1] and place[2] > end[2])
+    assert machine.axes == (end[0], end[1] + 1000, end[2])
+    centre = (begun[0] + 2000 + MM * words.get("I", 0), begun[1] + MM * words.get("J", 0))
+    turns = [math.atan2(place[1] - centre[1], place[0] - centre[0])
+             for place in places if place[2] > end[2]]
+    turned = sum(math.remainder(b - a, math.tau) for a, b in pairwise(turns))
+    whole = math.tau if "X" not in words else math.pi / 2
+    assert abs(turned) == pytest.approx((1 - part) * whole, abs=0.15)
+
+
+@pytest.mark.parametrize("angle", [0.3, 2.36, 4.0])
+def test_a_short_retraction_stays_in_the_arc(machine, angle):
+    """An arc has several segments; it is one block."""
+    blocks = program("G03 I.2 J.1")
+    machine.library.gk_speed(7)
+    machine.tape(punched(list(blocks)), passes=1)
+    for _ in range(20_000):
+        if told(machine.lines)[-1:] == [4]:
+            break
+        machine.run(1)
+    machine.run(round(angle * 2236 / 7))
+    assert machine.library.gk_go(-600) == -600
+    left = machine.axes
+    machine.library.gk_trip(ESTOP, 0)
+    machine.run(200)
+    assert machine.line("$X")[-1] == "ok"
+    machine.library.gk_arm()
+    says, places = go_on(machine, blocks)
+    assert "block 4 was left at" in says
+    assert places[0] == left
+
+
 def test_a_jog_away_and_another_alarm_on_the_way_back(machine):
     blocks = program(*LINE)
     left = interrupt(machine, blocks, 4, 100)

@@ -166,8 +166,11 @@ def test_the_controllers_own_record_leads_on():
         with pytest.raises(UsageError, match=r"\(--from last\) is refused .* no tape was int"):
             fresh.set_up()
         machine_on.write(RESET)
-        known = Run(machine, tape, machine_on, from_block=7, from_record=True)
+        said = []
+        known = Run(machine, tape, machine_on, from_block=7, from_record=True, say=said.append)
         known.set_up()
+        assert "(no tape was interrupted" in said[0]
+        assert "block 7 counts" in said[0]
         assert not known.from_record, "the block of the folder counts then"
         machine_on.write(RESET)
         first = Run(machine, tape, machine_on, until_s=machine_on.time_s() + 1.5)
