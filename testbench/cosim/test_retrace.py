@@ -20,7 +20,7 @@ MACHINE = machines.load("sinker")
 # frequent guards; the places of the code in a cache of 4 KiB move it by a tenth). A remembered
 # block costs some 3000. The rapid feed is 30; a board's clock is 25 times as fast.
 FORWARD, BACK = 1.04, 4.5
-# At most, a block of 10 um: 27.4 mm/s at 50 MHz, a line of 1 Mbaud. Measured are 17 651 at 2 MHz,
+# At most, a block of 10 um: 27.4 mm/s at 50 MHz, a line of 1 Mbaud. Measured are 17 738 at 2 MHz,
 # with the sources of `image.FAST` compiled for speed.
 CLOCKS, SAID = 18_200, 33
 
