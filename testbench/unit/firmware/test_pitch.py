@@ -13,13 +13,10 @@ from testbench.unit.firmware.test_bookmark import (
     alarmed,
     booted,
     cut_in,
-    memory,
     resumed,
     switched_on,
 )
 from testbench.unit.firmware.test_homing import Machine, home
-
-__all__ = ["memory"]
 
 CLOCK_HZ = 2_000_000
 CAUSE = numbers()
