@@ -66,6 +66,7 @@ NUMBERS = 1 << 16
 GREETS_S = 1.0            # a greeting that comes so soon after a reset is that of the reset
 ALARMED = "an alarm came before its answer, and it was not sent again"
 
+_GREETING = re.compile(rf"{GREETING}\S+ \['\$' for help\]$")
 _ANSWER = re.compile(r"(ok|error:(\d+))(?: @(\d+))?")
 _DAMAGED_LINE = error_line("line")
 _HELD = re.compile(r"ALARM:(\d+) (\S.*)")  # from the gateware; the firmware's has no text
@@ -413,6 +414,9 @@ class Link:
             self._mark = byte  # neither occurs in a line
         elif byte == 0x0A:
             line, self._line = self._line.decode("ascii", "replace").strip(), bytearray()
+            # Before it, what was on the wire when the power went, and noise.
+            if greeting := _GREETING.search(line):
+                line = greeting[0]
             if line:
                 self._dispatch(self._full(line))
         else:

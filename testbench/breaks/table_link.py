@@ -77,6 +77,8 @@ LINK = (
     ),
     *breaks_of(
         "host/link/link.py", "unit/host/test_link.py",
+        ("                line = greeting[0]\n", "                pass\n",
+         "a start is heard behind the rest of a line", "unit/host/test_link_stale.py"),
         ("            self._forget()\n            self._reset_s", "            self._number = 0\n"
          "            self._reset_s",
          "no line from before a reset is sent after it"),

@@ -186,7 +186,8 @@ class Shop:
         said, end = b"", self.session.cycle + self.session.clock_hz // 4
         while self.session.cycle < end:
             said += self.session.receive(end - self.session.cycle)
-        lines = said.decode().split("\r\n")
+        # A character that was on the wire when the power went comes damaged.
+        lines = said.decode("ascii", "replace").lstrip("\ufffd\0").split("\r\n")
         assert lines[0].startswith("Grbl "), lines
         return lines
 

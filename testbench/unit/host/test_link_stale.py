@@ -114,3 +114,26 @@ def test_a_controller_that_starts_by_itself_has_forgotten_all_lines(link):
     hear(link, GREETING, 1.1 * GREETS_S)
     assert line.answer == "the controller has started anew"
     assert link.send_line("$X").number == 0
+
+
+@pytest.mark.parametrize("rest", [b"", b"\xff", b"[E:block,1234,5,", b"<Run|MPos:0.0000,", b"o",
+                                  b"[MSG:a sentence\xf8\x00", b"~1,2"])
+def test_power_that_goes_and_comes_within_a_line_is_a_new_start(rest, pipe):
+    """What was on the wire stays in front of the greeting, and noise with it."""
+    heard = []
+    link = Link(pipe, heard.append)
+    line = link.send_line("$X")
+    hear(link, rest)
+    hear(link, GREETING)
+    assert heard == [GREETING.decode().strip()]
+    assert line.answer == "the controller has started anew"
+    assert late(link) == b"", "it is not sent again"
+
+
+def test_a_line_that_quotes_the_greeting_is_none(pipe):
+    heard = []
+    link = Link(pipe, heard.append)
+    line = link.send_line("$X")
+    hear(link, b"[MSG:Grbl 1.1h ['$' for help] is quoted.]\r\n")
+    assert line.answer is None
+    assert len(heard) == 1
