@@ -27,8 +27,8 @@ void resume_text(const char *text, uint32_t length);    /* of its next block */
 uint32_t resume_digest(uint32_t line);
 void resume_end(void);          /* the tape has ended */
 
-/* The machine has come to block `line`, whose first motion has the number `first` on the path. */
-void resume_at(uint32_t line, uint32_t digest, uint32_t first);
+/* The machine has come to block `line`, whose first motion has this number on the path. */
+void resume_at(uint32_t line, uint32_t digest, uint32_t number);
 
 /* The path ends after an alarm. Note where in its block the machine was left; call it again if it was
    still coming to rest. */

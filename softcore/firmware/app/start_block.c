@@ -124,8 +124,8 @@ bool start_block_tell(uint32_t line, const plan *p, fault *f) {
     }
     watch_between(); /* the comparison, this line and the event that follows each take long */
     output_line("[MSG:block %u %s at X%p Y%p Z%p: ~ goes there without discharge, and on from there]",
-                first, rests ? "was left" : "begins", place[0] - output_origin(0), place[1] - output_origin(1),
-                place[2] - output_origin(2));
+                first, rests ? "was left" : "begins", place[0] - output_origin(0),
+                place[1] - output_origin(1), place[2] - output_origin(2));
     watch_between();
     events_now(EVENT_WORD_PAUSE, "");
     return true;

@@ -30,22 +30,33 @@ def program(block):
     return ("G91 G01 F60", "X.2", block, "G01 Y.1", "M02")
 
 
-def interrupt(machine, blocks, block, passes, *, speed=7, trips=True):
-    """Run a tape into a block, and let an emergency stop, or a reset, end it there."""
-    machine.library.gk_speed(speed)
-    machine.tape(punched(list(blocks)), passes=1)
-    for _ in range(20_000):
-        if told(machine.lines)[-1:] == [block]:
-            break
-        machine.run(1)
-    machine.run(passes)
-    assert told(machine.lines)[-1] == block
+def stop(machine, *, trips=True):
+    """Stop the machine by an emergency stop, or a reset, and unlock it; where it was left."""
     machine.library.gk_trip(ESTOP, 0) if trips else machine.send(b"\x18")
     machine.run(200)
     left = machine.axes
     assert machine.line("$X")[-1] == "ok"
     machine.library.gk_arm()
     return left
+
+
+def come_to(machine, block):
+    """Run until a block is told."""
+    for _ in range(20_000):
+        if told(machine.lines)[-1:] == [block]:
+            return
+        machine.run(1)
+    pytest.fail(f"block {block} is never told")
+
+
+def interrupt(machine, blocks, block, passes, *, speed=7, trips=True):
+    """Run a tape into a block, and let an emergency stop, or a reset, end it there."""
+    machine.library.gk_speed(speed)
+    machine.tape(punched(list(blocks)), passes=1)
+    come_to(machine, block)
+    machine.run(passes)
+    assert told(machine.lines)[-1] == block
+    return stop(machine, trips=trips)
 
 
 def go_on(machine, blocks, *, speed=7):
@@ -161,9 +172,7 @@ def test_an_arc_that_has_almost_ended_ends(machine, arc, near):
             break
         machine.run(1)
     assert 0 < math.dist(machine.axes, end) <= near
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    machine.unlock()
+    stop(machine)
     says, places = go_on(machine, blocks, speed=1)
     assert "block 4 was left at" in says
     assert len(places) < 2 * near + 1010
@@ -185,9 +194,7 @@ def test_a_steep_helix_turns_no_further_than_it_is_programmed(machine, arc, part
         if told(machine.lines)[-1:] == [4] and machine.axes[2] - begun[2] <= part * way:
             break
         machine.run(1)
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    machine.unlock()
+    stop(machine)
     left = machine.axes
     says, places = go_on(machine, blocks, speed=3)
     if "begins at" in says:
@@ -212,17 +219,11 @@ def test_a_short_retraction_stays_in_the_arc(machine, angle):
     blocks = program("G03 I.2 J.1")
     machine.library.gk_speed(7)
     machine.tape(punched(list(blocks)), passes=1)
-    for _ in range(20_000):
-        if told(machine.lines)[-1:] == [4]:
-            break
-        machine.run(1)
+    come_to(machine, 4)
     machine.run(round(angle * 2236 / 7))
     assert machine.library.gk_go(-600) == -600
     left = machine.axes
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    assert machine.line("$X")[-1] == "ok"
-    machine.library.gk_arm()
+    stop(machine)
     says, places = go_on(machine, blocks)
     assert "block 4 was left at" in says
     assert places[0] == left
@@ -240,10 +241,7 @@ def test_a_jog_away_and_another_alarm_on_the_way_back(machine):
     machine.send(b"~")
     machine.run(60)
     assert left[2] < machine.axes[2] < away[2]
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    assert machine.line("$X")[-1] == "ok"
-    machine.library.gk_arm()
+    stop(machine)
     says, places = go_on(machine, blocks)
     assert "block 4 was left at" in says
     assert left in places
@@ -263,10 +261,7 @@ def test_it_can_be_left_again_in_the_same_block(machine, passes):
         machine.tape(punched(list(blocks)), passes=2000)
         machine.send(b"~")
         machine.run(passes)
-        machine.library.gk_trip(ESTOP, 0)
-        machine.run(200)
-        assert machine.line("$X")[-1] == "ok"
-        machine.library.gk_arm()
+        stop(machine)
     left = machine.axes
     says, places = go_on(machine, blocks)
     assert "block 4 was left at" in says
@@ -300,8 +295,7 @@ def corner_and_line(machine):
     copy = wire_machine()
     copy.library.gk_speed(7)
     copy.tape(punched(list(WIRE)), passes=1)
-    while told(copy.lines)[-1:] != [TURN]:
-        copy.run(1)
+    come_to(copy, TURN)
     passes, down = 0, 0
     while down < 3:
         before = copy.axes
@@ -324,10 +318,7 @@ def test_a_line_behind_the_corner_of_a_wire_offset(times):
         machine.tape(punched(list(WIRE)), passes=2000)
         machine.send(b"~")
         machine.run(60)
-        machine.library.gk_trip(ESTOP, 0)
-        machine.run(200)
-        assert machine.line("$X")[-1] == "ok"
-        machine.library.gk_arm()
+        stop(machine)
         assert machine.axes[0] == left[0]
         assert machine.axes[1] < left[1] - 100
         left = machine.axes
@@ -382,10 +373,7 @@ def test_a_motion_that_has_ended_is_not_carried_out_again(machine):
     left = machine.axes
     assert left == (begun[0] + 5000, begun[1] - 2000, begun[2] - 1000)
     assert told(machine.lines)[-1] == 4
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    assert machine.line("$X")[-1] == "ok"
-    machine.library.gk_arm()
+    stop(machine)
     says, places = go_on(machine, blocks)
     assert "block 4 was left at" in says
     assert {(place[0], place[2]) for place in places} == {(left[0], left[2])}
@@ -397,14 +385,10 @@ def test_a_retraction_to_an_earlier_block_begins_the_block_anew(machine):
     blocks = program(*LINE)
     machine.library.gk_speed(7)
     machine.tape(punched(list(blocks)), passes=1)
-    while told(machine.lines)[-1:] != [4]:
-        machine.run(1)
+    come_to(machine, 4)
     machine.run(30)
     assert machine.library.gk_go(-1000) == -1000
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    assert machine.line("$X")[-1] == "ok"
-    machine.library.gk_arm()
+    stop(machine)
     says, _ = go_on(machine, blocks)
     assert "block 4 begins at X0.2000 Y0.0000" in says
 
@@ -416,10 +400,7 @@ def test_what_was_moved_by_hand_meanwhile_does_not_count(machine):
     machine.send(b"G91 G01 Y.2 F60\n")
     machine.run(100)
     assert machine.axes != left
-    machine.library.gk_trip(ESTOP, 0)
-    machine.run(200)
-    assert machine.line("$X")[-1] == "ok"
-    machine.library.gk_arm()
+    stop(machine)
     says, places = go_on(machine, blocks)
     assert "block 4 was left at" in says
     assert left in places
