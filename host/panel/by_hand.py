@@ -29,7 +29,8 @@ class ByHand:
         self._waiting: deque[tuple[str, str]] = deque()     # page and line
         self.jogs = ""
         self._moves = ""        # the page that has set something else in motion
-        self._open = False      # a line of it is not answered yet
+        self._last = ""         # the line that was sent last, until a report tells what it did
+        self._open = False      # it is not answered yet
         self._reports = 0       # since that answer
         # Refusals until their alarm is known: until when, of what, the sentence, the alarm before.
         self._ended: deque[tuple[float, str, str, Alarm]] = deque()
@@ -44,7 +45,7 @@ class ByHand:
     def clear(self) -> None:
         """Forget all that waits and all that moves, as after a stop."""
         self._waiting.clear()
-        self.jogs = self._moves = ""
+        self.jogs = self._moves = self._last = ""
         self._open = False
 
     def overtaken(self) -> list[str]:
@@ -56,26 +57,35 @@ class ByHand:
     def take(self) -> str:
         """Return the next line, to be sent now. One must wait."""
         page, line = self._waiting.popleft()
+        self._last, self._open, self._reports = line, True, 0
         if page and line.startswith("$J="):
             self.jogs = page
         elif page and (line.startswith("$H") or not line.startswith("$")):
-            self.moves(page)
-            self._open = True
+            self._moves = page
         return line
+
+    def pending(self, line: str) -> bool:
+        """Whether a line is still on its way: no status report tells yet what it did.
+
+        A line that was refused is on its way no more.
+        """
+        return line == self._last or any(line == one for _, one in self._waiting)
 
     def moves(self, page: str) -> None:
         """Note that a page has set the machine in motion, by a line or by going on after a hold."""
         self._moves, self._reports = page, 0
 
     def answered(self) -> None:
-        """Note that the line that was sent last has been answered."""
+        """Note that the line that was sent last has been answered, by ok or by a refusal."""
         self._open, self._reports = False, 0
 
     def report(self, state: str) -> None:
         """Take the state of a status report: at rest nothing is in motion by hand any more."""
         self._reports += 1
-        if self._reports >= FRESH and not self._open and state in ("Idle", "Alarm"):
-            self._moves = ""
+        if self._reports >= FRESH and not self._open:
+            self._last = ""
+            if state in ("Idle", "Alarm"):
+                self._moves = ""
 
     def left(self, holder: str | None) -> tuple[list[str], bool]:
         """Forget what belongs to pages other than the one that holds the controls.
@@ -96,6 +106,7 @@ class ByHand:
         ``before`` is the alarm that was in force when its line was sent. If an alarm has ended the
         line, the controller tells the alarm only after the answer.
         """
+        self._last = ""
         code = answer.removeprefix("error:")
         known = alarms.refusal(int(code)) if code.isdecimal() else answer
         waits = before is None and code.isdecimal() and int(code) == _LOCKED

@@ -157,6 +157,12 @@ class Session:
                     self._orders.append((page, name, words))
             return why
 
+    def pending(self, line: str) -> bool:
+        """Whether a line that a page has ordered is still on its way; see ``ByHand.pending``."""
+        with self.lock:
+            return self._hand.pending(line) or any(
+                name == "line" and words[0].upper() == line for _, name, words in self._orders)
+
     def _why_not(self, name: str, words: tuple[Any, ...]) -> str:
         if self.link != "connected":
             return "There is no connection to the controller."

@@ -16,7 +16,7 @@ class WalkBar:
     """How far the machine is before the front, and buttons that send it along the path."""
 
     def __init__(self, page: Frame) -> None:
-        self.page, self.walking = page, Walking()
+        self.page, self.walking = page, Walking(page.session.pending)
         with ui.element("div").classes("card walk-card").props('data-testid="walk"') as self.bar:
             with ui.element("div").classes("spread"):
                 self.place = ui.label().classes("walk-place").props('data-testid="walk-place"')

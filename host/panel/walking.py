@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Walking along the path from the panel: where the machine is, and where the next step leads."""
 
-import time
 from collections.abc import Callable
 
 from host.panel.heard import Heard
@@ -10,18 +9,18 @@ __all__ = ["STEPS_MM", "Walking"]
 
 STEPS_MM = (1.0, 0.1)
 DIGITS = 4
-TOLD_S = 0.5        # after an order, until a status report tells of it; or it was refused
 
 
 class Walking:
     """The steps of one page, which may follow each other faster than the controller reports.
 
-    Distances are in mm before the front, along the path. ``clock`` gives the time in seconds.
+    Distances are in mm before the front, along the path. ``pending`` says of a line whether it is
+    still on its way: status reports do not tell of it yet, and it has not been refused.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._ordered: tuple[float, float] | None = None    # place, and until when it is waited for
+    def __init__(self, pending: Callable[[str], bool]) -> None:
+        self._pending = pending
+        self._ordered: float | None = None      # place, until the reports tell of it
 
     @staticmethod
     def offered(heard: Heard) -> bool:
@@ -47,19 +46,20 @@ class Walking:
         """
         goal, distance = _told(heard)
         begin = distance if heard.state == "Hold:0" else goal
-        if self._ordered is not None:
-            ordered, until = self._ordered
-            if goal == ordered or self._clock() > until:
-                self._ordered = None
-            else:
-                begin = ordered
+        if self._ordered is not None and not self._pending(_line(self._ordered)):
+            self._ordered = None
+        begin = begin if self._ordered is None else self._ordered
         place = round(begin + step, DIGITS)
         return place if place > 0 else None
 
     def order(self, place: float) -> str:
         """Note that the machine is sent to a place, and return the line that does it."""
-        self._ordered = place, self._clock() + TOLD_S
-        return f"$WALK={place:.{DIGITS}f}"
+        self._ordered = place
+        return _line(place)
+
+
+def _line(place: float) -> str:
+    return f"$WALK={place:.{DIGITS}f}"
 
 
 def _told(heard: Heard) -> tuple[float, float]:

@@ -80,14 +80,15 @@ def test_lines_that_wait_are_dropped_when_an_alarm_comes_and_this_is_told(serve)
     """Else an unlock among them would let the others move the machine."""
     wire = Slow(waits="G04")
     session = begun(serve, wire, "G04 P4000", "$X", "G00 X20")
+    sent = len(wire.lines)
     wire.say("ALARM:140")
     until(lambda: told(session, "Not sent"), lambda: session.seen("a"))
     assert told(session, "Not sent") == ["Not sent, as an alarm came: $X; G00 X20"]
     wire.waits = ""
     wire.say(f"ok @{session._sent.number}")
-    assert session.order("a", "line", "$X") == ""
-    until(lambda: "$X" in wire.lines, lambda: session.seen("a"))
-    assert "G00 X20" not in wire.lines
+    assert session.order("a", "line", "G04 P1") == ""
+    until(lambda: "G04 P1" in wire.lines, lambda: session.seen("a"))
+    assert not {"$X", "G00 X20"}.intersection(wire.lines[sent:])
 
 
 def test_a_page_that_takes_over_drops_them_too_and_its_own_are_sent(serve):
@@ -102,6 +103,23 @@ def test_a_page_that_takes_over_drops_them_too_and_its_own_are_sent(serve):
     wire.say(f"ok @{session._sent.number}")
     until(lambda: "G00 X3" in wire.lines, lambda: session.seen("b"))
     assert "G00 X20" not in wire.lines
+
+
+@pytest.mark.parametrize(("line", "answer", "tells"), [
+    ("M08", "ok", "M08: ok"), ("$WALK=9", "error:20", "$WALK=9 is refused")])
+def test_a_line_is_on_its_way_until_a_report_tells_what_it_did(serve, line, answer, tells):
+    """However long the answer takes: half a second is a refusal only where it takes less."""
+    wire = Slow(waits=line)
+    session = begun(serve, wire, line.lower())
+    end = time.monotonic() + REPORTS_S
+    while time.monotonic() < end:
+        session.seen("a")
+        assert session.pending(line)
+        time.sleep(0.01)
+    wire.waits = ""
+    wire.say(f"{answer} @{session._sent.number}")
+    until(lambda: told(session, tells), lambda: session.seen("a"))
+    until(lambda: not session.pending(line), lambda: session.seen("a"))
 
 
 @LEAVES

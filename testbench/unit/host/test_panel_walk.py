@@ -5,9 +5,9 @@ import pytest
 
 from host.panel.heard import Heard
 from host.panel.job import Job
-from host.panel.walking import TOLD_S, Walking
+from host.panel.walking import Walking
 from host.run.events import Scale
-from testbench.unit.host.test_panel import CLOCK_HZ, PULSES_PER_MM, Board, Clock, serve, until
+from testbench.unit.host.test_panel import CLOCK_HZ, PULSES_PER_MM, Board, serve, until
 
 __all__ = ["serve"]     # a fixture
 
@@ -45,19 +45,23 @@ def test_the_motion_is_told_in_words():
     ("Hold:0", "0.1001,0.1001", -0.1, 0.0001),
     ("Hold:0", "0.9000,0.9000", -1.0, None)])
 def test_a_step_leads_on_from_where_the_machine_is_or_goes(state, walk, step, place):
-    assert Walking().place(heard(state, walk), step) == place
+    assert Walking(lambda line: False).place(heard(state, walk), step) == place
 
 
 def test_steps_may_follow_faster_than_reports():
-    clock = Clock()
-    walking, told = Walking(clock), heard("Hold:0")
-    assert walking.order(walking.place(told, 0.1)) == "$WALK=0.1000"
-    assert walking.order(walking.place(told, 0.1)) == "$WALK=0.2000"
-    told = heard("Hold:1", "0.2000,0.0500")
-    assert walking.place(told, 1.0) == 1.2
-    walking.order(1.2)
-    clock.now += TOLD_S + 0.1       # it was refused
-    assert walking.place(told, 1.0) == 1.2
+    way: set[str] = set()       # lines on their way
+    walking, told = Walking(way.__contains__), heard("Hold:0")
+
+    def step():
+        line = walking.order(walking.place(told, 0.1))
+        way.add(line)
+        return line
+
+    assert [step(), step(), step()] == ["$WALK=0.1000", "$WALK=0.2000", "$WALK=0.3000"]
+    told = heard("Hold:1", "0.1000,0.0500")     # only the first line is carried out so far
+    assert step() == "$WALK=0.4000"
+    way.clear()                                 # the others were refused
+    assert step() == "$WALK=0.2000"
 
 
 def test_a_page_with_the_controls_walks(serve, tmp_path):
@@ -72,7 +76,8 @@ def test_a_page_with_the_controls_walks(serve, tmp_path):
     until(lambda: session.heard.place and session.heard.place[0] > 0.02, lambda: session.seen("a"))
     session.order("a", "hold")
     until(lambda: session.heard.state == "Hold:0", lambda: session.seen("a"))
-    line = Walking().order(0.01)
+    walking = Walking(session.pending)
+    line = walking.order(walking.place(session.heard, 0.01))
     assert "only watches" in session.order("b", "line", line)
     assert session.order("a", "line", line) == ""
     until(lambda: session.heard.numbers("Wk"), lambda: session.seen("a"))
