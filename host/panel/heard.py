@@ -10,9 +10,12 @@ from host.errors import UserError
 from host.link.link import GREETING, fields_of, held_by
 from host.run import events
 from host.run.events import Event
+from host.tape.start import INTERRUPTED, LAST, STARTS_AT
 from softcore.tables.conditions import CONDITIONS, IP_MA
+from softcore.tables.settings import named
 
-__all__ = ["CLASSES", "MOTION", "STATES", "Heard", "Sample", "condition_words", "sentence"]
+__all__ = ["CLASSES", "MOTION", "STATES", "Heard", "Sample", "condition_words", "on_beginning",
+           "sentence"]
 
 CLASSES = ("open", "good", "arc", "short")      # of pulses, in the report's order
 KEPT = 4000         # events and places; a tape of an hour has fewer retractions
@@ -122,8 +125,14 @@ class Heard:
         how = "with an alarm" if self.ended == "alarm" else "by the stop"
         if self.number < 2:
             return f"the program has ended {how}."
-        return (f"the program has ended {how} in block {self.number}: with {self.number} in "
-                '"from block" it begins there again.')
+        again = f"{self.number} begins that block again"
+        return (f'the program has ended {how} in block {self.number}. In "from block", '
+                + (f"{again}." if self.dry else f'"{LAST}" goes on where it was left; {again}.'))
+
+    @property
+    def dry(self) -> bool:
+        """Whether tapes run dry: without discharge, and without being kept as interrupted."""
+        return self.settings.get(named("dry_run_mm_min").number, "0") != "0"
 
     def numbers(self, name: str) -> list[float]:
         """Numbers of a field of the report; empty if it has none."""
@@ -198,6 +207,16 @@ class Heard:
         if self.alarm is None or self.alarm[0] != code or text:
             self.alarm = code, text or self.message or alarms.sentence(code)
         self.ended = "alarm"
+
+
+def on_beginning(message: str) -> str:
+    """Message of the controller on where a tape begins, in the page's words; else nothing."""
+    if STARTS_AT.match(message):
+        return message.replace(": ~ goes there", ": Resume goes there")
+    if interrupted := INTERRUPTED.match(message):
+        return (f"{interrupted[0]}: home the axes ($H), choose that tape again, and start it with "
+                f'"{LAST}" in "from block".')
+    return ""
 
 
 def condition_words(event: Event | None) -> str:

@@ -8,7 +8,6 @@ from host.errors import UserError
 from host.link.framing import check_line
 from host.panel.heard import Heard
 from host.panel.job import Job
-from softcore.tables.settings import named
 
 __all__ = ["BEGIN", "MEASURING", "ORDERS", "TOUCHING", "Moment", "why_not"]
 
@@ -62,8 +61,7 @@ def why_not(name: str, words: tuple[Any, ...], moment: Moment) -> str:
             return "No tape is chosen."
         if moment.running or state != "Idle":
             return f"A tape starts from Idle; the state is {told}."
-        dry = heard.settings.get(named("dry_run_mm_min").number, "0") != "0"
-        if "Armed" not in heard.fields and not dry:
+        if "Armed" not in heard.fields and not heard.dry:
             return ('The discharge is not armed: press the button "arm"'
                     f"{' below' if moment.simulated else ' at the machine'}.")
     elif name in ("touch", "tune") and (moment.running or state != "Idle"):

@@ -16,7 +16,7 @@ from host.errors import UserError
 from host.link.link import HOLD, RESET, RESUME, RETRACT, STATUS, Link, LinkError, RefusedError, Sent
 from host.machines.machine import Machine
 from host.panel.by_hand import ByHand
-from host.panel.heard import Heard
+from host.panel.heard import Heard, on_beginning
 from host.panel.job import Job
 from host.panel.orders import BEGIN, MEASURING, ORDERS, TOUCHING, Moment, why_not
 from host.panel.scoping import Scoping
@@ -25,7 +25,6 @@ from host.panel.touching import Touching
 from host.panel.tuning import Tuning
 from host.panel.wires import Wire
 from host.run.events import Scale
-from host.tape.start import INTERRUPTED, STARTS_AT
 
 __all__ = ["CANCEL", "ORDERS", "Session"]
 
@@ -480,8 +479,8 @@ class Session:
                 self._touch[1].hear(line)
             if line.startswith("[MSG:"):
                 self._sent_said = line[5:-1]
-                if STARTS_AT.match(self._sent_said) or INTERRUPTED.match(self._sent_said):
-                    self.tell(self._sent_said)
+                if begins := on_beginning(self._sent_said):
+                    self.tell(begins)
             self.heard.hear(line, self._wire.time_s(), volts)
             if line.startswith("ALARM:") and (lines := self._hand.overtaken()):
                 self.tell("not sent, as an alarm came: " + "; ".join(lines))

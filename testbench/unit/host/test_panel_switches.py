@@ -62,6 +62,7 @@ def test_a_tape_begins_at_a_block_after_resume(serve, tmp_path):
     assert session.order("a", "run", 5) == ""
     until(lambda: session.heard.state == "Hold:0", lambda: session.seen("a"))
     assert session.notice.startswith("Block 5 begins at X0.2000 Y0.0000 Z")
+    assert ": Resume goes there" in session.notice
     assert session.heard.place[0] == 0
     session.order("a", "resume")
     until(lambda: session.heard.ended == "end", lambda: session.seen("a"))

@@ -3,11 +3,12 @@
 
 import pytest
 
-from host.panel.heard import CLASSES, Heard, condition_words, sentence
+from host.panel.heard import CLASSES, Heard, condition_words, on_beginning, sentence
 from host.panel.outline import outline
 from host.run.events import Scale
 from host.tape.tape import encode
 from softcore.tables import events as table
+from softcore.tables.settings import assign
 from testbench.punch import TAPES
 
 
@@ -53,10 +54,12 @@ def test_an_outline_goes_round_a_full_circle_and_down_in_steps():
 @pytest.mark.parametrize(("lines", "words"), [
     (["[E:end,9,7,0,0,0]"], "the program has ended."),
     (["[MSG:No way.]", "ALARM:1"],
-     'the program has ended with an alarm in block 7: with 7 in "from block" it begins there '
-     "again."),
+     'the program has ended with an alarm in block 7. In "from block", "last" goes on where it was '
+     "left; 7 begins that block again."),
+    ([assign("dry_run_mm_min", 250), "ALARM:1"],
+     'the program has ended with an alarm in block 7. In "from block", 7 begins that block again.'),
     (["[E:start,9,1,0,0,0]", "ALARM:1"], "the program has ended with an alarm."),
-], ids=["end", "alarm", "before the first block"])
+], ids=["end", "alarm", "dry run", "before the first block"])
 def test_it_is_told_where_the_program_may_begin_again(lines, words):
     heard = Heard(Scale(2_000_000, 10_000, encode("(leader)\n%\nG21\nM02\n%\n").line))
     for line in ("[E:start,1,1,0,0,0]", "[E:block,5,7,0,0,0,G01 X1]", *lines):
@@ -68,4 +71,17 @@ def test_it_is_told_after_a_stop_too():
     heard = Heard(Scale(2_000_000, 10_000))
     heard.hear("[E:block,5,7,0,0,0,G01 X1]", 0.0)
     heard.ended = "stopped"
-    assert heard.ending.startswith("the program has ended by the stop in block 7: with 7 in")
+    assert heard.ending.startswith("the program has ended by the stop in block 7. In ")
+
+
+@pytest.mark.parametrize(("message", "words"), [
+    ("block 5 begins at X0.2 Y0 Z1: ~ goes there without discharge, and on from there",
+     "block 5 begins at X0.2 Y0 Z1: Resume goes there without discharge, and on from there"),
+    ("block 5 was left at X0.2 Y0 Z1: ~ goes there without discharge, and on from there",
+     "block 5 was left at X0.2 Y0 Z1: Resume goes there without discharge, and on from there"),
+    ("a tape was interrupted in block 20: $H, $FROM=last and the same tape go on there.",
+     "a tape was interrupted in block 20: home the axes ($H), choose that tape again, and start it "
+     'with "last" in "from block".'),
+    ("no tape was interrupted", "")])
+def test_where_a_tape_begins_is_told_in_the_words_of_the_page(message, words):
+    assert on_beginning(message) == words
