@@ -25,6 +25,7 @@ from host.run.events import Scale, is_event, parse
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import encode
 from softcore.soc import MEMORY_SIZE
+from softcore.tables.faults import named
 from softcore.tables.settings import assign
 from softcore.top import SIMULATED_JOURNAL
 from testbench.cosim.job import MM
@@ -40,6 +41,8 @@ PULL_OFF_MM = 0.1
 OFF_S = 0.2
 WRITTEN_S = 0.6             # the journal writes the zero
 PATIENCE_S = 30.0
+STUCK = [named(name).alarm for name in ("halt_limit", "halt_back_limit")]
+MOST_STUCK = 2              # in a job
 DEADLINE_S = 300.0          # of a process
 FORK = multiprocessing.get_context("fork")
 RING = bookmark.sectors(SIMULATED_JOURNAL, MEMORY_SIZE)
@@ -48,11 +51,15 @@ AXES = ("axis_x_command", "axis_y_command", "axis_z_command")
 
 @dataclass(frozen=True)
 class Result:
-    """What a job has left, see ``Work.measure``; the axes' machine places; clocks it took."""
+    """What a job has left, see ``Work.measure``; the axes' machine places; clocks it took.
+
+    ``stuck``: how many shorts were still there at the retractable limit.
+    """
 
     left_um: tuple[float, ...]
     places: tuple[int, ...]
     clocks: int
+    stuck: int = 0
 
 
 class Work:
@@ -60,6 +67,7 @@ class Work:
 
     name = "cavity"
     machine: Machine = machines.load("sinker")
+    away = "Z1"         # words of a jog out of the work
     # 0.3 mm deep, with a change of the retraction data.
     tape = """%
 G21 G90 G94 C130
@@ -126,6 +134,7 @@ M02
 %
 """
     out_mm = 0.6        # by which the operator leads the wire back: out of any place of the slot
+    away = f"X-{out_mm}"
     side = Side("x", 0.0, 0.2, 0.36, (1, -1))   # far enough from its two ends
 
     def zero(self, shop: "Shop") -> None:
@@ -137,7 +146,7 @@ M02
 
     def lead_out(self, shop: "Shop") -> None:
         """Jog the wire back along its slot; where it stands is not known, but the way is."""
-        for line in ("$X", "$POSITION=HERE", f"$J=G91 X-{self.out_mm} F60"):
+        for line in ("$X", "$POSITION=HERE", f"$J=G91 {self.away} F60"):
             shop.link.command(line)
         shop.run(1.2 * self.out_mm)
         shop.at_rest()
@@ -178,6 +187,7 @@ class Shop:
         self.pipe = Piped(session)
         self.link = Link(self.pipe, self._hear)
         self.events: list[dict] = []
+        self.stuck = 0      # shorts that were still there at the retractable limit
         self._scale = Scale(session.clock_hz, MM)
         self.said = self._greeting()
 
@@ -238,12 +248,36 @@ class Shop:
         assert self.link.send_tape(encode(self.work.tape).rows, lambda: False)
 
     def until(self, event: str) -> None:
-        """Run to an event; an alarm is a failure."""
+        """Run to an event. An alarm is a failure, but for a few shorts at the retractable limit."""
         end = self.session.cycle + round(PATIENCE_S * self.session.clock_hz)
         while not self.told(event):
-            assert not self.told("alarm"), (self.told("alarm"), self.said)
+            if alarms := self.told("alarm"):
+                assert len(alarms) == 1, alarms
+                assert alarms[0]["code"] in STUCK, (alarms, self.said)
+                assert self.stuck < MOST_STUCK, (alarms, self.said)
+                self._clear_away()
             assert self.session.cycle < end, f"{event} did not come"
             self.link.poll(0.01)
+
+    def _clear_away(self) -> None:
+        """Lead the electrode out of the work, and go on at the pulse: debris is still in the gap.
+
+        This happens without an interruption, too. The block that goes on is told once more.
+        """
+        self.stuck += 1
+        at = max(at for at, one in enumerate(self.events) if one["event"] == "block")
+        self.events = [one for one in self.events[:at] if one["event"] != "pause"]
+        self.link.command("$X")
+        self.at_rest()
+        self.link.command(f"$J=G91 {self.work.away} F60")
+        self.run(0.1)
+        self.at_rest()
+        self.session.press_arm()
+        self.run(0.05)
+        self.link.command("$FROM=last")
+        self.start()
+        self.until("pause")
+        self.link.press(RESUME)
 
     def result(self, since: int) -> Result:
         """The end of the tape, which began in a clock."""
@@ -251,7 +285,7 @@ class Shop:
         took = self.session.cycle - since
         self.run(0.1)
         places = tuple(round(float(one) * MM) for one in self.link.status()["MPos"].split(","))
-        return Result(self.work.measure(self.session), places, took)
+        return Result(self.work.measure(self.session), places, took, self.stuck)
 
 
 def whole(work: Work, seed: int) -> Result:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbench.cosim.power_loss import CAVITY, SLOT, cuts, whole
+from testbench.cosim.power_loss import CAVITY, SLOT, Shop, cuts, machine_on, whole
 
 # How much less and more may be cut than without a power cut, in um: than in the mean of some jobs.
 # What was cut of the interrupted block already is gone through again.
@@ -47,6 +47,8 @@ def blocks_of(work, uninterrupted, seed, clocks):
             assert -less <= left - without <= more, (at, block, result.left_um)
         if result.places:
             assert result.places == uninterrupted.places
+        if result.stuck:
+            print(f"cut after {at} clocks: {result.stuck} shorts at the retractable limit")
         found.append(block)
     assert len(found) == len(clocks)
     return found
@@ -63,6 +65,32 @@ def test_a_job_goes_on_after_a_power_cut_in_its_longest_block(work, uninterrupte
 def test_a_job_goes_on_after_a_power_cut_anywhere(uninterrupted, rng):
     result = uninterrupted(CAVITY)
     blocks_of(CAVITY, result, rng.randrange(1 << 32), [rng.randrange(result.clocks)])
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("work", WORKS)
+def test_a_short_that_stays_at_the_limit_is_led_out_and_the_job_goes_on(work, uninterrupted):
+    """As the operator of these jobs does where debris is in the way, with or without a cut."""
+    without = uninterrupted(work)
+    with machine_on(work, 1) as session:
+        shop = Shop(session, work)
+        shop.ready()
+        work.zero(shop)
+        begun = session.cycle
+        shop.start()
+        shop.run(without.clocks / session.clock_hz / 2)
+        session.set("force.short", 1)
+        while not shop.told("alarm"):
+            shop.run(0.01)
+            assert session.cycle < begun + without.clocks, "no alarm"
+        session.set("force.short", 0)
+        result = shop.result(begun)
+        assert shop.blocks() == list(work.blocks)
+    assert result.stuck == 1
+    assert result.places == without.places
+    less, more = BOUNDS_UM[work]
+    for left, other in zip(result.left_um, without.left_um, strict=True):
+        assert -less <= left - other <= more
 
 
 @pytest.mark.soak
