@@ -39,6 +39,7 @@ __all__ = ["CAVITY", "SLOT", "Result", "Shop", "Work", "cuts", "interruptions", 
 SWITCH_MM = 1.5             # reference switches, from where the axes start
 PULL_OFF_MM = 0.1
 OFF_S = 0.2
+DAMAGED = 2                 # characters before a greeting after power-on
 WRITTEN_S = 0.6             # the journal writes the zero
 PATIENCE_S = 30.0
 STUCK = [named(name).alarm for name in ("halt_limit", "halt_back_limit")]
@@ -196,10 +197,11 @@ class Shop:
         said, end = b"", self.session.cycle + self.session.clock_hz // 4
         while self.session.cycle < end:
             said += self.session.receive(end - self.session.cycle)
-        # A character that was on the wire when the power went comes damaged.
-        lines = said.decode("ascii", "replace").lstrip("\ufffd\0").split("\r\n")
-        assert lines[0].startswith("Grbl "), lines
-        return lines
+        # A character that was on the wire when the power went comes damaged: it may be any other.
+        text = said.decode("ascii", "replace")
+        begins = text.find("Grbl ")
+        assert begins in range(DAMAGED + 1), text
+        return text[begins:].split("\r\n")
 
     def _hear(self, line):
         if is_event(line):
