@@ -5,116 +5,25 @@ Chromium is the system's. Without it these tests are left out and say so; with t
 ``GAPKEEPER_BROWSER=needed`` its absence is a failure, as in the continuous integration.
 """
 
-import os
 import re
-import shutil
-import signal
-import socket
-import subprocess
-import sys
-import time
-import urllib.request
-import warnings
-from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 
-from host.places import ROOT
+from testbench.cosim.panel_browser import browser, chromium_path, element, opened, served
 from testbench.installed import left_out
 
-FIRST_S = 10.0      # from the command to the first picture, with all built
-ANSWER_S = 240.0    # to the first answer, if the machine must be built
-DEADLINE_MS = 240_000
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 ORDERS = ("hold", "resume", "retract", "stop", "run", "arm")
 
 
 @pytest.fixture(scope="module")
 def chromium():
     """Path of the system's Chromium."""
-    found = next(filter(None, map(shutil.which, NAMES)), None)
+    found = chromium_path()
     if found is None:
         left_out("the panel in a browser, as this computer has no Chromium", "chromium",
                  "GAPKEEPER_BROWSER")
     return found
-
-
-@contextmanager
-def served(*options):
-    """The command ``gapkeeper panel`` during a block; yields its address and its process.
-
-    It must not know that it is tested: NiceGUI would serve no page.
-    """
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port = probe.getsockname()[1]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "host.cli", "panel", "--listen", f"127.0.0.1:{port}", *options],
-        env={name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")},
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    url = f"http://127.0.0.1:{port}/"
-    try:
-        _await_answer(process, url)
-        yield url, process
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            said, _ = process.communicate(timeout=60)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            said, _ = process.communicate()
-    assert "the panel is closed." in said, said
-    assert "Traceback" not in said, said
-
-
-def _await_answer(process, url):
-    end = time.monotonic() + ANSWER_S
-    while time.monotonic() < end:
-        assert process.poll() is None, process.communicate()[0]
-        try:
-            with urllib.request.urlopen(url, timeout=5) as answer:
-                assert answer.status == 200
-                return
-        except OSError:     # nobody listens yet, or is slow
-            time.sleep(0.1)
-    pytest.fail("the panel serves no page")
-
-
-@contextmanager
-def browser(path):
-    """Chromium without a window."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")     # of Playwright's own loop at its end
-        from playwright.sync_api import expect, sync_playwright
-        expect.set_options(timeout=DEADLINE_MS)
-        with sync_playwright() as playwright:
-            sandbox = [] if os.getuid() else ["--no-sandbox"]   # root has no sandbox
-            opened = playwright.chromium.launch(executable_path=path, args=sandbox)
-            try:
-                yield opened
-            finally:
-                opened.close()
-
-
-def cpu_s(process):
-    """CPU seconds of a process so far."""
-    text = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-    return sum(map(int, text[11:13])) / os.sysconf("SC_CLK_TCK")
-
-
-def element(page, name):
-    return page.get_by_test_id(name)
-
-
-def opened(chrome, url, complaints):
-    page = chrome.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(DEADLINE_MS)
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.on("request", lambda request: None if request.url.startswith((url, "data:", "blob:"))
-            else complaints.append(f"asks the internet: {request.url}"))
-    page.goto(url)
-    return page
 
 
 def depth_of(page):
@@ -130,8 +39,6 @@ class Shown:
     url: str
     chrome: object
     complaints: list
-    wall_s: float       # from the command to the first picture
-    work_s: float       # CPU seconds of the panel until then
 
     def open(self):
         """Open a further page, which adds its own complaints."""
@@ -142,21 +49,14 @@ class Shown:
 def shown(chromium):
     """One panel and one browser for all tests here: each takes ten seconds to start."""
     from playwright.sync_api import expect
-    complaints, began = [], time.monotonic()
-    with served("--machine", "small") as (url, process), browser(chromium) as chrome:
+    complaints = []
+    with served("--machine", "small") as (url, _), browser(chromium) as chrome:
         page = opened(chrome, url, complaints)
         expect(element(page, "state")).to_be_visible()
-        wall_s, work_s = time.monotonic() - began, cpu_s(process)
         expect(element(page, "state")).to_have_text("Idle")
         page.close()
-        yield Shown(url, chrome, complaints, wall_s, work_s)
+        yield Shown(url, chrome, complaints)
     assert not complaints
-
-
-def test_the_first_picture_comes_soon(shown):
-    print(f"first picture after {shown.wall_s:.1f} s, {shown.work_s:.1f} s of them at work")
-    # Others may be at work on this computer.
-    assert min(shown.wall_s, shown.work_s) < FIRST_S
 
 
 def test_a_page_that_is_closed_lets_go_of_the_controls(shown):
