@@ -14,8 +14,7 @@ from contextlib import contextmanager
 
 from host.places import ROOT
 
-__all__ = ["DEADLINE_MS", "browser", "chromium_path", "element", "first_picture_s", "opened",
-           "served"]
+__all__ = ["browser", "chromium_path", "element", "first_picture_s", "opened", "served"]
 
 ANSWER_S = 240.0    # to the first answer, if the machine must be built
 DEADLINE_MS = 240_000
@@ -29,7 +28,7 @@ def chromium_path():
 
 @contextmanager
 def served(*options):
-    """The command ``gapkeeper panel`` during a block; yields its address and its process.
+    """The command ``gapkeeper panel`` during a block; yields its address.
 
     It must not know that it is tested: NiceGUI would serve no page.
     """
@@ -42,7 +41,7 @@ def served(*options):
     url = f"http://127.0.0.1:{port}/"
     try:
         _await_answer(process, url)
-        yield url, process
+        yield url
     finally:
         process.send_signal(signal.SIGINT)
         try:
@@ -104,6 +103,6 @@ def first_picture_s(path):
     with browser(path) as chrome:
         from playwright.sync_api import expect
         began = time.monotonic()
-        with served("--machine", "small") as (url, _):
+        with served("--machine", "small") as url:
             expect(element(opened(chrome, url, []), "state")).to_be_visible()
             return time.monotonic() - began

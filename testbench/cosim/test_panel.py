@@ -50,9 +50,8 @@ def shown(chromium):
     """One panel and one browser for all tests here: each takes ten seconds to start."""
     from playwright.sync_api import expect
     complaints = []
-    with served("--machine", "small") as (url, _), browser(chromium) as chrome:
+    with served("--machine", "small") as url, browser(chromium) as chrome:
         page = opened(chrome, url, complaints)
-        expect(element(page, "state")).to_be_visible()
         expect(element(page, "state")).to_have_text("Idle")
         page.close()
         yield Shown(url, chrome, complaints)

@@ -108,7 +108,7 @@ def test_a_page_that_takes_over_drops_them_too_and_its_own_are_sent(serve):
 @pytest.mark.parametrize(("line", "answer", "tells"), [
     ("M08", "ok", "M08: ok"), ("$WALK=9", "error:20", "$WALK=9 is refused")])
 def test_a_line_is_on_its_way_until_a_report_tells_what_it_did(serve, line, answer, tells):
-    """However long the answer takes: half a second is a refusal only where it takes less."""
+    """However long the answer takes: on a slow computer half a second was too short."""
     wire = Slow(waits=line)
     session = begun(serve, wire, line.lower())
     end = time.monotonic() + REPORTS_S
