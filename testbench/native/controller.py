@@ -13,7 +13,8 @@ from pathlib import Path
 
 from softcore import top
 from testbench.native import compiling
-from testbench.native.emission import Emission, kept_as, literal
+from testbench.native.emission import Emission
+from testbench.native.expressions import kept_as, literal
 from testbench.native.netlist import Netlist, NetlistError, Run
 from testbench.native.parts import Parts
 from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe

@@ -7,7 +7,7 @@ Every value is unsigned and has no bits beyond its width.
 from testbench.native.netlist import NetlistError, Node, Run
 from testbench.native.parts import Parts
 
-__all__ = ["Expressions", "kept_as", "literal", "mask", "width"]
+__all__ = ["Expressions", "kept_as", "literal", "made_as", "mask", "width"]
 
 COMPARE = {"$eq": "==", "$ne": "!=", "$lt": "<", "$le": "<=", "$gt": ">", "$ge": ">="}
 ARITHMETIC = {"$add": "+", "$sub": "-", "$mul": "*"}
@@ -22,6 +22,11 @@ def width(word: list[Run]) -> int:
 def kept_as(bits: int) -> str:
     """C++ type that keeps so many bits."""
     return next((f"u{wide}" for wide in (8, 16, 32, 64) if bits <= wide), "u128")
+
+
+def made_as(bits: int) -> str:
+    """C++ type in which a value of so many bits is computed."""
+    return "u32" if bits <= 32 else "u64" if bits <= 64 else "u128"
 
 
 def literal(value: int) -> str:
