@@ -118,7 +118,8 @@ def native_run(pulses, ratios):
     for seed, (n, m) in enumerate(ratios):
         found = native.run(n=n, m=m, pulses=pulses, seed=seed)
         assert found.taken == pulses
-        assert found.reversals > pulses // 10_000
+        # A gear of few steps seldom turns: 10 million pulses are 153 steps of 1/65536.
+        assert found.reversals > pulses // 10_000 * min(1, 100 * n / m)
         assert found.wrong_counts == 0, f"steps of {n}/{m}: {found.first}"
         assert found.wrong_times == 0, f"times of {n}/{m}: {found.first}"
 
