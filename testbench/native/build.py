@@ -42,8 +42,7 @@ INSIDE = ["-fvisibility=hidden", "-fno-semantic-interposition"]
 # compile, and the clocks a second are the same.
 NETLIST = ["-O1"]
 # What makes C++ of the flat netlist.
-TRANSLATOR = ("netlist", "parts", "expressions", "order", "writer", "emission",
-              "controller")
+TRANSLATOR = ("netlist", "parts", "expressions", "order", "writer", "emission", "controller")
 
 
 def options(machine: dict) -> Options:

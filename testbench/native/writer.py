@@ -15,7 +15,7 @@ MOST_TESTS = 3  # conditions in one guard
 
 
 class Block:
-    """Statements under one condition: nodes, then choices between blocks, then register updates.
+    """Statements under one condition: nodes, choices between blocks, and updates (``leaves``).
 
     ``path`` has the choices that lead to the block, each as its number and the branch.
     """
@@ -37,7 +37,7 @@ class PartWriter:
         users = emission.parts.users
         self.kept = {node.index for node in part.kept}
         here = self.inside | {sink.index for sink in part.sinks}
-        # Kept values that this part does not read are stored at the end, as registers are.
+        # Kept values that this part does not read are updated, as registers are.
         self.ends = [node for node in part.nodes
                      if node.index in self.kept and not users[node.index] & here]
         self.ending = {node.index for node in self.ends}
