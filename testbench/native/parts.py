@@ -9,26 +9,32 @@ from heapq import heappop, heappush
 
 from testbench.native.netlist import Netlist, NetlistError, Node, Run
 
-__all__ = ["Part", "Parts"]
+__all__ = ["SINKER", "WIRE", "Part", "Parts"]
 
 HELD = {"input", "register"}        # keep their value; all other nodes are computed
 SINKS = {"register", "write"}
 DECODER = 8                         # comparisons of one word with so many constants
 LARGEST = 48                        # nodes in a part
-# Registers that change in about a sixth of the clocks of a sinker's cut or more, as measured. Their
-# readers form one part, which is computed in every clock. A wrong entry only costs time.
 PROCESSOR = ("soc.cpu", "soc.memory")
-BUSY = re.compile(r"""
+# Registers that change in about a sixth of the clocks of a cut or more, as measured. Their readers
+# form one part, which is computed in every clock. A wrong entry only costs time.
+BUSY = r"""
     soc\.(cycle | uart\.receiver\.timer | sleep\.left
     | controller\.(watchdog(\$\d+)?\.(age|unanswered)
         | motion\.(ramp\.clocks | feed(\$\d+)?\.phase
             | feed_forward\.(count|bits|total|product))
         | power\.pulses\.remaining
-        | drives\.(count | axis_[xyz]\.supervision\.step
-            | axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+))
+        | drives\.(count | axis_[xyz]\.(drive_lag|supervision)\.step)
         | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | mean_level\.time
             | conduction\.age | discriminator\.(age|burnt) | contact(\$\d+)?\.still)))
-    | gap_reference(\$\d+)? | dac(\$\d+)?(\[\d\])?""", re.X)
+    | gap_reference(\$\d+)? | dac(\$\d+)?(\[\d\])?"""
+# A sinker's cut goes along Z.
+SINKER = re.compile(BUSY + r"""
+    | soc\.controller\.drives\.axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+)""", re.X)
+# A wire machine's cut goes along X and Y, and its converter is read all the time.
+WIRE = re.compile(BUSY + r"""
+    | soc\.controller\.drives\.axis_[xy]\.(rest | dac(\$\d+)?\.modulator\.\w+)
+    | soc\.controller\.gap\.sampler\.\w+ | adc_(select|clock|command)(\$\d+)?""", re.X)
 
 
 @dataclass(eq=False)
@@ -59,11 +65,13 @@ class Parts:
         The netlist to cut.
     seen : list of list of Run
         Words that are read from outside between two clocks.
+    busy : re.Pattern
+        Names of the registers whose readers are computed in every clock.
     """
 
-    def __init__(self, netlist: Netlist, seen: list[list[Run]], largest: int = LARGEST):
+    def __init__(self, netlist: Netlist, seen: list[list[Run]], busy: re.Pattern = SINKER):
         self.netlist = netlist
-        self._largest = largest
+        self._busy = busy
         nodes = netlist.nodes
         self.inlined = self._find_inlined()
         self.reads = {node.index: self._reads(node) for node in nodes}
@@ -187,7 +195,7 @@ class Parts:
         """Class of every node: only nodes of one class are computed together."""
         nodes = self.netlist.nodes
         busy = {node.index for node in nodes
-                if node.kind == "register" and BUSY.fullmatch(node.name)}
+                if node.kind == "register" and self._busy.fullmatch(node.name)}
         found = {}
         for index in self._order:
             hot = bool(self.reads[index] & busy)
@@ -270,7 +278,7 @@ class Parts:
                     del heaps[where]
                 whole = where[1] in {"busy", "processor"}
                 if part is None or (not whole
-                                    and len(part.nodes) + len(part.sinks) >= self._largest):
+                                    and len(part.nodes) + len(part.sinks) >= LARGEST):
                     part = Part(len(parts), early=now == 0, name=where[1])
                     parts.append(part)
                 for index in units[root]:
