@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The native simulation's controller beside Verilator's of the same gateware, in every clock.
 
-All but one are in the soak. In every run ``test_session.py`` compares every pin and probe of a
+Every tape is in the soak. In every run ``test_session.py`` also compares every pin and probe of a
 program with a short with the same under cocotb, all but two of them in every clock.
 """
 
@@ -37,7 +37,6 @@ def pair_of(machine):
     return pair_library(machine.clock_hz, build.options(machine.tables))
 
 
-@pytest.mark.soak
 @pytest.mark.parametrize(("kind", "tape", "until_s"), SOME)
 def test_every_pin_and_probe_is_that_of_verilators_controller(kind, tape, until_s):
     machine, native = run(kind, tape, until_s)

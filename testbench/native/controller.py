@@ -20,25 +20,13 @@ from testbench.native.netlist import Netlist, NetlistError, Run
 from testbench.native.parts import SINKER, Parts
 from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe
 
-__all__ = ["SCRIPT", "flat", "flatten", "read", "write"]
+__all__ = ["PASSES", "SCRIPT", "flat", "flatten", "read", "write"]
 
 CLOCK, GATE = "clk", "gapkeeper_clock_gate"
 FILES = 3       # into which the parts go, to be compiled at the same time
-# A memory is read within a clock, at the address that a register keeps. A value that is not defined
-# at the start is zero, as in Verilator's C++.
-SCRIPT = """
-read_verilog processor.v
-hierarchy -top VexRiscv
-proc
-flatten
-opt_expr -mux_bool
-opt_muxtree
-opt_reduce
-opt_expr -mux_bool
-opt_merge
-opt_clean
-read_rtlil controller.il
-read_verilog -lib gate.v
+# From a hierarchy to one flat module. A memory is read within a clock, at the address that a
+# register keeps. A value that is not defined at the start is zero, as in Verilator's C++.
+PASSES = """
 hierarchy -top gapkeeper
 proc
 flatten
@@ -59,6 +47,20 @@ opt_merge
 opt_clean
 write_json controller.json
 """
+SCRIPT = """
+read_verilog processor.v
+hierarchy -top VexRiscv
+proc
+flatten
+opt_expr -mux_bool
+opt_muxtree
+opt_reduce
+opt_expr -mux_bool
+opt_merge
+opt_clean
+read_rtlil controller.il
+read_verilog -lib gate.v
+""" + PASSES
 TYPES = """\
 typedef uint8_t u8; typedef uint16_t u16; typedef uint32_t u32; typedef uint64_t u64;
 typedef int64_t i64; typedef unsigned __int128 u128; typedef __int128 i128;
@@ -152,6 +154,8 @@ def _header(e, probes):
                 out.append(f"    u{wide} n{index}{start}")
                 if index in e.deferred:
                     out.append(f"    u{wide} x{index}{start}")
+    for index in sorted(e.late):
+        out.append(f"    u64 w{index}_en = 0, w{index}_data = 0; u32 w{index}_at = 0;")
     for memory in netlist.memories:
         for at, (_, wide) in enumerate(memory.pieces):
             out.append(f"    {kept_as(wide)} m{memory.index}_{at}[{memory.size}] = {{}};")
@@ -205,15 +209,20 @@ def _poke(e, word: list[Run], name: str) -> str:
 
 def _controller(e):
     parts = e.parts.parts
-    late = {part.index: [sink for sink in part.sinks if sink.index in e.deferred]
+    late = {part.index: [sink for sink in part.sinks if sink.index in e.deferred | e.late]
             for part in parts}
     out = ['#include "controller.hpp"']
     for index, sinks in late.items():
         if sinks:
             out.append(f"static void take{index}(Controller& s) {{")
             for sink in sinks:
-                out.append(f"    if (RARE(s.x{sink.index} != s.n{sink.index})) {{ "
-                           f"s.n{sink.index} = s.x{sink.index}; {e.marks(sink.index)} }}")
+                index = sink.index
+                out.append(
+                    f"    if (const u64 en = s.w{index}_en) {{ const u64 at = s.w{index}_at, "
+                    f"data = s.w{index}_data; s.w{index}_en = 0; {e.written(sink)} }}"
+                    if sink.kind == "write" else
+                    f"    if (RARE(s.x{index} != s.n{index})) {{ "
+                    f"s.n{index} = s.x{index}; {e.marks(index)} }}")
             out.append("}")
     out.append("static void (*const TAKE[])(Controller&) = {" + ", ".join(
         f"take{index}" if sinks else "nullptr" for index, sinks in late.items()) + "};")

@@ -3,13 +3,13 @@
 
 A part has a bit in ``dirty``. A clock goes through the set bits in order. A value that changes sets
 the bits of its readers. Parts whose inputs change in almost every clock have no bit: they are
-computed in every clock. A register that later parts still read in the same clock changes at the end
-of the clock: its part sets a bit of ``pending``.
+computed in every clock. A register or a memory that is still read in the same clock changes at the
+end of the clock: its part sets a bit of ``pending``.
 """
 
 from collections import defaultdict
 
-from testbench.native.expressions import Expressions, literal
+from testbench.native.expressions import Expressions, kept_as, literal
 from testbench.native.parts import HELD, Parts
 from testbench.native.writer import PartWriter
 
@@ -20,7 +20,7 @@ class Emission(Expressions):
     """The C++ of a netlist's parts.
 
     ``stored`` are the nodes whose value the class keeps, by index; ``deferred`` those registers
-    that change at the end of a clock.
+    that change at the end of a clock, and ``late`` those writes of memories.
     """
 
     def __init__(self, parts: Parts):
@@ -29,6 +29,7 @@ class Emission(Expressions):
         self.stored = {node.index for node in self.nodes if node.kind in HELD}
         self.stored |= {node.index for part in parts.parts for node in part.kept}
         self.deferred = self._deferred()
+        self.late = self._late()
         self._now = -1
         self.writers = [PartWriter(self, part) for part in parts.parts]
         self.guards = [writer.guards() for writer in self.writers]
@@ -42,6 +43,13 @@ class Emission(Expressions):
                         reader > part.index for reader in self.parts.readers.get(sink.index, ())):
                     found.add(sink.index)
         return found
+
+    def _late(self):
+        """Writes of a memory that their own part, or one after it, reads."""
+        place = self.parts.place
+        return {write.index for part in self.parts.parts for write in part.sinks
+                if write.kind == "write"
+                and any(place[read.index] >= part.index for read in write.memory.reads)}
 
     # ---- marks
 
@@ -75,6 +83,15 @@ class Emission(Expressions):
         for reader in readers:
             words[reader // 64] |= 1 << reader % 64
         return " ".join(f"s.dirty[{at}] |= {literal(bits)};" for at, bits in sorted(words.items()))
+
+    def written(self, sink) -> str:
+        """C++ that writes ``data`` into a memory ``at`` an address, of the bits of ``en``."""
+        memory = sink.memory
+        array = f"s.m{memory.index}_{memory.pieces.index(sink.piece)}"
+        readers = self.marks_of({self.parts.place[read.index] for read in memory.reads})
+        return (f"if (at < {memory.size}) {{ const u64 x = ({array}[at] & ~en) | (data & en); "
+                f"if (x != {array}[at]) {{ {array}[at] = ({kept_as(sink.piece[1])})x; "
+                f"{readers} }} }}")
 
     # ---- one part
 

@@ -30,7 +30,9 @@ def made_as(bits: int) -> str:
 
 
 def literal(value: int) -> str:
-    """C++ constant."""
+    """C++ constant of up to 128 bits."""
+    if value >> 64:
+        return f"((u128){literal(value >> 64)} << 64 | {literal(value & (1 << 64) - 1)})"
     return f"{value:#x}ull" if value > 9 else f"{value}ull"
 
 
@@ -137,9 +139,10 @@ class Expressions:
             return text if kind == "$eq" else f"({text} ^ 1)"
         if kind in COMPARE:
             wide = max(width(a), width(ports["B"]))
-            first = self._extended(a, both, 64 if both else wide)
-            second = self._extended(ports["B"], both, 64 if both else wide)
-            cast = "(i64)" if both else ""
+            bits = (64 if wide <= 64 else 128) if both else wide
+            first = self._extended(a, both, bits)
+            second = self._extended(ports["B"], both, bits)
+            cast = f"(i{bits})" if both else ""
             return f"({cast}({first}) {COMPARE[kind]} {cast}({second}))"
         if kind == "$not" and bits == 1 and width(a) == 1:
             return f"({self.word(a)} ^ 1)"
@@ -219,11 +222,10 @@ class Expressions:
     def _field(self, index, field):
         """C++ of some bits of a node, in place (not shifted)."""
         bits = self.nodes[index].width
-        if bits > 64:
-            raise NetlistError(f"{self.nodes[index].name} is compared in {bits} bits")
+        wide = "u128" if bits > 64 else "u64"
         if field == (1 << bits) - 1:
-            return f"(u64){self.name(index)}"
-        return f"((u64){self.name(index)} & {literal(field)})"
+            return f"({wide}){self.name(index)}"
+        return f"(({wide}){self.name(index)} & {literal(field)})"
 
     def _pieces(self, word):
         """A word cut into words of at most 64 bits."""

@@ -18,15 +18,14 @@ __all__ = ["Item", "ordered"]
 class Item:
     """A statement: it reads some values, and gives one or changes some in place.
 
-    ``last`` says that all that read what it changes must come before it. Otherwise they should: one
-    that comes after it needs a copy of what was there before.
+    All that read what it changes should come before it: one that comes after it needs a copy of
+    what was there before.
     """
 
     what: object
     reads: Set[Hashable]
     gives: Hashable | None = None
     changes: Set[Hashable] = frozenset()
-    last: bool = False
 
 
 def ordered(items: Sequence[Item]) -> list[Item]:
@@ -39,8 +38,7 @@ def ordered(items: Sequence[Item]) -> list[Item]:
     Parameters
     ----------
     items : sequence of Item
-        Each after those that give what it reads. One gives a value or changes some, not both; only
-        one that changes some may be ``last``.
+        Each after those that give what it reads. One gives a value or changes some, not both.
     """
     return _Order(items).found
 
@@ -87,8 +85,7 @@ class _Order:
         free = [at for at in waiting if not readers(at)]
         if free:
             return min(free, key=cost)
-        return min((at for at in waiting if not self.items[at].last),
-                   key=lambda at: (readers(at), cost(at)))
+        return min(waiting, key=lambda at: (readers(at), cost(at)))
 
     def _take(self, wanted):
         """Put items into the order, and before each all that give what it needs."""

@@ -247,8 +247,7 @@ class PartWriter:
         self.e.local = self.inside - self.ending
         out = [f"void part{self.part.index}(Controller& s) {{"]
         if self.e.whole(self.part.index) and self.part.sinks:
-            tests = {self.e.word(sink.enables[0]) if sink.enables else ""
-                     for sink in self.part.sinks}
+            tests = {self._gate(sink) for sink in self.part.sinks}
             mark = self.e.marks_of([self.part.index])
             out.append(f"    {mark}" if "" in tests
                        else f"    if ({' | '.join(sorted(tests))}) {{ {mark} }}")
@@ -258,6 +257,11 @@ class PartWriter:
         out.append("}")
         self.e.local, self.e.changed, self.e.copied = set(), set(), set()
         return out
+
+    def _gate(self, sink):
+        """C++ of the clock's gate before a sink; "" if there is none, or it is computed here."""
+        gate = sink.enables[0] if sink.enables else []
+        return "" if self._sources(gate) & self.inside else self.e.word(gate) if gate else ""
 
     def _inner(self, path):
         block = self.blocks.get(path)
@@ -269,8 +273,6 @@ class PartWriter:
             items = []
             for node in block.nodes:
                 reads = self._sources(*self.e.parts.words(node))
-                if node.kind == "read":
-                    reads.add(("memory", node.memory.index))
                 inner = self._inside(block, -node.index, (0, 1, "else", *range(len(node.choices))))
                 items.append(Item(node, self._all(inner, "reads") | reads, node.index))
             for choice in block.choices:
@@ -286,8 +288,7 @@ class PartWriter:
     def _update(self, sink, word):
         """Statement of the update of a register, of a kept value, or of a memory."""
         if sink.kind == "write":
-            return Item((sink, word), self._sources(*sink.ports.values()),
-                        changes={("memory", sink.memory.index)}, last=True)
+            return Item((sink, word), self._sources(*sink.ports.values()))
         words = self.e.parts.words(sink) if word is None else [word]
         return Item((sink, word), self._sources(*words), changes={sink.index} & self.reread)
 
@@ -308,7 +309,7 @@ class PartWriter:
         for item in ordered(self._items(block)):
             if isinstance(item.what, Node):
                 out += self._node(item.what, block, depth)
-            elif item.last or isinstance(item.what[0], Node):
+            elif isinstance(item.what[0], Node):
                 out += ["    " * depth + line for line in self._leaf(*item.what)]
             else:
                 out += self._branches(*item.what, block, depth)
@@ -402,10 +403,8 @@ class PartWriter:
             self.e.changed.add(index)
         wide = "u128" if sink.width > 64 else "u64"
         if index in self.e.deferred:
-            part = self.part.index
             return [f"{{ const {wide} x = {text}; s.x{index} = ({kind})x; "
-                    f"if (RARE(x != s.n{index})) "
-                    f"s.pending[{part // 64}] |= {literal(1 << part % 64)}; }}"]
+                    f"if (RARE(x != s.n{index})) {self._pending()} }}"]
         return [f"{{ const {wide} x = {text}; {self._keep(sink, 'x')} }}"]
 
     def _keep(self, node, value):
@@ -414,13 +413,17 @@ class PartWriter:
         store, marks = f"{name} = ({kind}){value};", self.e.marks(node.index)
         return f"if (RARE({value} != {name})) {{ {store} {marks} }}" if marks else store
 
+    def _pending(self):
+        """C++ after which this part's late changes are made at the end of the clock."""
+        part = self.part.index
+        return f"s.pending[{part // 64}] |= {literal(1 << part % 64)};"
+
     def _memory(self, sink):
-        memory, ports = sink.memory, sink.ports
-        array = f"s.m{memory.index}_{memory.pieces.index(sink.piece)}"
-        readers = self.e.marks_of({self.e.parts.place[read.index] for read in memory.reads})
-        enable = self.e.word(ports["EN"])
-        return [f"{{ const u64 en = {enable}; if (en) {{ const u64 at = "
-                f"{self.e.word(ports['ADDR'])}; if (at < {memory.size}) {{ const u64 x = "
-                f"({array}[at] & ~en) | ({self.e.word(ports['DATA'])} & en); "
-                f"if (x != {array}[at]) {{ {array}[at] = "
-                f"({kept_as(sink.piece[1])})x; {readers} }} }} }} }}"]
+        ports = sink.ports
+        enable, at, data = (self.e.word(ports[name]) for name in ("EN", "ADDR", "DATA"))
+        if sink.index in self.e.late:
+            name = f"s.w{sink.index}"
+            return [f"{{ const u64 en = {enable}; if (en) {{ {name}_en = en; "
+                    f"{name}_at = (u32){at}; {name}_data = {data}; {self._pending()} }} }}"]
+        return [f"{{ const u64 en = {enable}; if (en) {{ const u64 at = {at}; const u64 data = "
+                f"{data}; {self.e.written(sink)} }} }}"]

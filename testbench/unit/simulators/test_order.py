@@ -12,24 +12,21 @@ SEEDS = range(60)
 
 
 def statements(seed, cyclic):
-    """Random values, and updates of registers and of a memory.
+    """Random values, and updates of registers.
 
-    Each register reads itself or later ones; with ``cyclic`` any of them, or the memory.
+    Each register reads itself or later ones; with ``cyclic`` any of them.
     """
     rng = random.Random(seed)
     items = []
     for value in range(rng.randrange(60)):
-        known = [item.gives for item in items] + REGISTERS + ["memory"]
+        known = [item.gives for item in items] + REGISTERS
         items.append(Item(value, set(rng.sample(known, rng.randint(0, 3))), value))
     values = [item.gives for item in items]
     updates = []
     for at, register in enumerate(REGISTERS):
-        others = [*REGISTERS, "memory"] if cyclic else REGISTERS[at:]
+        others = REGISTERS if cyclic else REGISTERS[at:]
         updates.append(Item(register, set(rng.sample(values, min(len(values), 2)))
                             | {rng.choice(others)}, changes={register}))
-    for number in range(2):
-        updates.append(Item(f"write {number}", {rng.choice(REGISTERS[-3:])},
-                            changes={"memory"}, last=True))
     rng.shuffle(updates)
     return items + updates
 
@@ -57,13 +54,6 @@ def test_every_statement_once_and_after_what_it_reads(seed, cyclic):
     at = places(found)
     assert all(at[key] < at[item.what] for item in items for key in item.reads if key in at
                and key not in REGISTERS)
-
-
-@pytest.mark.parametrize("cyclic", [False, True])
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_memory_is_written_after_every_read_of_it(seed, cyclic):
-    late = late_readers(ordered(statements(seed, cyclic)))
-    assert "memory" not in {key for key, _ in late}
 
 
 @pytest.mark.parametrize("seed", SEEDS)
