@@ -4,6 +4,7 @@
 import math
 
 from testbench.cosim.job import MM, Job
+from testbench.cosim.record import WATCHDOG
 from testbench.native.station import Session
 
 __all__ = ["PULL_OFF_MM", "SETTINGS", "begin", "cycle"]
@@ -15,7 +16,7 @@ SETTINGS = {"home_pull_off_um": round(PULL_OFF_MM * 1000)}
 
 def begin(session: Session, *lines: str) -> Job:
     """A controller that is about to home, with the gap of the simulated machine."""
-    job = Job(session, *lines, watched=("safe", "gap_on"))
+    job = Job(session, *lines, watched=("safe", "gap_on", *WATCHDOG))
     session.set("force.short", -1)
     session.set("force.gap_um", math.nan)
     return job

@@ -5,7 +5,9 @@ from functools import cache
 
 import pytest
 
+from host.link.link import RESET
 from host.machines import machine as machines
+from softcore.tables.faults import alarm_number
 from softcore.tables.settings import assign
 from testbench.cosim import homing
 from testbench.native.simulation import Simulation
@@ -107,3 +109,18 @@ def test_a_report_that_comes_as_the_switch_trips_leaves_time_for_the_watchdog(be
     unlocked, alarms = usual()
     assert not alarms
     assert not homed(unlocked - before)[1]
+
+
+@pytest.mark.parametrize("after_ms", some([20, 150.3, 333.3, 480.1, 600.7], 333.3))
+def test_a_reset_in_the_cycle_leaves_time_for_the_watchdog(after_ms):
+    with Simulation(machine=SINKER.tables, clock_hz=SINKER.clock_hz, seed=1,
+                    trace=False) as session:
+        job = homing.begin(session, assign("home_order", 1))
+        job.link.send_line("$H")
+        job.run(round(after_ms / 1000 * session.clock_hz))
+        begin = session.cycle
+        job.press(RESET)
+        job.until(lambda: job.told("alarm"), "the alarm", step=20_000, seconds=1)
+        job.run(session.clock_hz // 5)
+        assert [one["code"] for one in job.told("alarm")] == [alarm_number("home_reset")]
+        job.collect().watched_well(session.clock_hz, begin)

@@ -432,7 +432,9 @@ bool commands_serve(void) {
    quiet. */
 static void reset(void) {
     control_reset();
+    watch_between(); /* the alarm, the line's answer and the rest take long, each by itself */
     commands_answer_program();
+    watch_between();
     restart();
     hal_release_reset();
 }
