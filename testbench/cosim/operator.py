@@ -6,7 +6,8 @@ so far from where it stood when the machine last had nothing to do; orders add u
 has nothing to do again. At every look
 
 * no axis is commanded beyond its soft limits, nor further than the orders let it go;
-* nothing is commanded to move without an order, in a hold at rest, or some time after a reset;
+* nothing is commanded to move without an order, in a hold at rest, or some time after a reset, a
+  hold, or the cancel of a jog;
 * an axis at rest stands where the controller says, unless it says that its position is lost.
 
 A retraction, a walk and a short may lead back along the path, which is within the places where the
@@ -24,6 +25,7 @@ from host.link.link import GREETING, HOLD, RESET, RESUME, RETRACT, Link, Refused
 from host.run.simulation import Simulation as Piped
 from host.tape.tape import encode
 from softcore.tables.settings import assign
+from softcore.tables.states import MOTION
 from testbench.cosim.job import MM, Job
 from testbench.native.station import Session
 
@@ -35,10 +37,11 @@ SLICE_S = 0.004         # between two looks
 ASK_S = 0.06            # between two questions to a controller at rest, which take it 5 ms each
 REST_S = 0.04           # without any command: nothing is commanded
 SETTLED_S = 0.25        # then the axes have come to rest: e-fold of the loop 20 ms
-STOPS_S = 0.4           # from a reset until nothing is commanded to move
+STOPS_S = 0.4           # from a reset, a hold or a cancel until nothing is commanded to move
 SETTLED = 2             # pulses that an axis at rest may be off
 JOG_CANCEL = b"\x85"
 UP = AXES.index("z")
+FRONT, = (state.number for state in MOTION if state.name == "front")
 DATA = "G36 R600 L0.5 H600 E120 Q0.05"
 CALM_S = 1.0            # from a short of at most 0.03 s until its retraction is over
 OVERRIDES = (b"\x90", b"\x91", b"\x92", b"\x93", b"\x94", b"\x95", b"\x96", b"\x97")
@@ -47,7 +50,7 @@ OVERRIDES = (b"\x90", b"\x91", b"\x92", b"\x93", b"\x94", b"\x95", b"\x96", b"\x
 class FaultError(AssertionError):
     """The machine has done what it must not.
 
-    ``kind`` is ``limit``, ``unasked``, ``held``, ``reset``, ``place`` or ``stuck``.
+    ``kind`` is ``limit``, ``unasked``, ``held``, ``reset``, ``stop``, ``place`` or ``stuck``.
     """
 
     def __init__(self, kind: str, text: str):
@@ -86,6 +89,7 @@ class Order:
     sent: Sent | None
     low: list[int]
     high: list[int]
+    jog: bool = False
 
     @property
     def refused(self) -> bool:
@@ -122,6 +126,7 @@ class Operator:
         self.still_since = session.cycle
         self.held: list[int] | None = None  # in a hold, at rest
         self.reset_at: int | None = None
+        self.stop_at: int | None = None     # a hold or a cancel, and nothing was ordered since
         self.greets = False             # the greeting after a reset is still to come
         self.moved = 0
         self.limit = LIMIT_MM
@@ -146,7 +151,7 @@ class Operator:
 
     def _was_reset(self):
         self.reset_at = self.session.cycle
-        self.held = None
+        self.held = self.stop_at = None
 
     def _seconds(self, clocks):
         return clocks / self.session.clock_hz
@@ -175,7 +180,7 @@ class Operator:
             self.last, self.still_since = now, self.session.cycle
             self._nothing_to_do()
             self._forget_path()
-            self.reset_at = None
+            self.reset_at = self.stop_at = None
         self.latched = bool(latched)
         if now != self.last:
             self.moved += sum(abs(a - b) for a, b in zip(now, self.last, strict=True))
@@ -205,6 +210,12 @@ class Operator:
                 self.reset_at = None
             elif after > STOPS_S + REST_S:
                 self._fail("reset", f"it still moves {after:.3f} s after it")
+        if self.stop_at is not None:
+            after = self._seconds(self.session.cycle - self.stop_at)
+            if still >= REST_S or self.session.probe("path_status_state") != FRONT:
+                self.stop_at = None     # a short leads back in a hold too
+            elif after > STOPS_S + REST_S:
+                self._fail("stop", f"it still moves {after:.3f} s after it")
         if still >= REST_S and self.session.cycle >= self.ask_at:
             self._standing(still)
             self.ask_at = self.session.cycle + round(ASK_S * self.session.clock_hz)
@@ -270,8 +281,8 @@ class Operator:
         self._settle()
         self.log.append(f"  > {line}")
         low, high = reach(*moves)
-        self.orders.append(Order(self.link.send_line(line), low, high))
-        self.held = None
+        self.orders.append(Order(self.link.send_line(line), low, high, line.startswith("$J=")))
+        self.held = self.stop_at = None
 
     def _delta(self):
         size = 10 ** self.rng.uniform(-3, 0.7)
@@ -307,27 +318,34 @@ class Operator:
         low, high = reach(*deltas)
         self._settle()
         self.orders.append(Order(None, low, high))
-        self.held = None
+        self.held = self.stop_at = None
         until = self.link.pipe.time_s() + self.rng.choice((0.02, 0.3, 0.6))
         self.link.send_tape(encode("\n".join(blocks)).rows,
                             lambda: self.link.pipe.time_s() > until)
 
     def _hold(self):
         self.link.press(HOLD)
+        if not self.back:
+            self.stop_at = self.session.cycle
 
     def _resume(self):
-        self.held = None
+        self.held = self.stop_at = None
         self._order(RESUME)
 
     def _retract(self):
-        self.held, self.back = None, True
+        self.held = self.stop_at = None
+        self.back = True
         self._order(RETRACT)
 
     def _order(self, word):
         self.orders.append(Order(self.link.send_line(word), [0] * 3, [0] * 3))
 
     def _cancel(self):
+        """A cancel stops the jogs that were taken; one that is still to come is another order."""
         self.link.realtime(JOG_CANCEL)
+        if self.orders and all(order.jog and order.sent.answer == "ok" for order in self.orders):
+            self.acts["cancelled"] += 1
+            self.stop_at = self.session.cycle
 
     def _reset(self):
         self.link.realtime(RESET)
@@ -372,7 +390,8 @@ class Operator:
         self._send("$X")
 
     def _short(self):
-        self.held, self.back = None, True
+        self.held = self.stop_at = None
+        self.back = True
         self.calm_at = self.session.cycle + round(CALM_S * self.session.clock_hz)
         self.job.short(True)
         self.pass_time(self.rng.uniform(0.001, 0.03))
@@ -430,8 +449,8 @@ def operate(session: Session, seed: int, acts: int, between: int = 12) -> dict[s
     Returns
     -------
     dict
-        How often each act was done, ``walked``, walks that were taken, and ``pulses`` that were
-        commanded.
+        How often each act was done, ``walked``, walks that were taken, ``cancelled``, cancels that
+        had a jog to stop, and ``pulses`` that were commanded.
 
     Raises
     ------

@@ -66,6 +66,22 @@ def unnoticed(operator):
     operator.link.send_line(RESUME)
 
 
+def disobeyed(operator):
+    """A hold that does not reach the machine."""
+    operator._send("G91 G01 X1 F60", [MM, 0, 0])
+    operator.pass_time(0.1)
+    operator.link.press = lambda byte: None
+    operator._hold()
+
+
+def deaf(operator):
+    """A cancel of a jog that does not reach the machine."""
+    operator._send("$J=G91 X1 F60", [MM, 0, 0])
+    operator.pass_time(0.1)
+    operator.link.realtime = lambda byte: None
+    operator._cancel()
+
+
 def astray(operator):
     """A walk that nobody ordered."""
     operator._send("G91 G01 X0.2 F1000", [MM // 5, 0, 0])
@@ -90,7 +106,8 @@ def dead(operator):
 
 @pytest.mark.parametrize(("kind", "deed"), [
     ("unasked", further), ("unasked", astray), ("limit", beyond), ("reset", unheard),
-    ("held", unnoticed), ("place", displaced), ("stuck", dead)])
+    ("held", unnoticed), ("stop", disobeyed), ("stop", deaf), ("place", displaced),
+    ("stuck", dead)])
 def test_the_model_sees(operator, kind, deed):
     def and_then(seconds):      # it shows at once, or later
         deed(operator)
@@ -109,3 +126,4 @@ def test_thousands_of_acts(rng, part):
     print(part, seed, done)
     assert set(LIVELY) <= set(done), done
     assert done["walked"]
+    assert done["cancelled"]
