@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Machines to run a tape on: built-in ones by name, others from a TOML file."""
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from pydantic_core import ErrorDetails
 from host.errors import UsageError
 from host.machines.axis_tables import LARGEST_PITCH_UM
 from host.machines.drives import of_drives
-from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, bounds, entries
+from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, entries, said_range
 from softcore.tables.conditions import level_max
 from softcore.tables.settings import COARSEST_CODER, PITCH_POINTS, named, of_number
 
@@ -77,6 +78,8 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
     value: Any = tables
     for part in path:
         value = value[part]
+    if path[0] == "settings" and path[1].isdecimal() and re.match("0.", path[1]):
+        return 0, f"{key} begins with 0; the number of a setting has no zeros before it."
     if key in WORDS:
         return 0, _no_word(key, value)
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -84,8 +87,7 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
     if path[0] == "settings":
         return 0, (f"{key} = {value} is no setting; one reads number = value, both whole, not "
                    "negative, and of at most 10 digits.")
-    lowest, highest = bounds(dict(entries(MACHINES[kind]))[key])
-    wanted = lowest if lowest == highest else f"{lowest} to {highest}"
+    wanted = said_range(dict(entries(MACHINES[kind]))[key])
     return 0, f"{key} must be {wanted}, not {value}."
 
 
