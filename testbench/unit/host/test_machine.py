@@ -337,3 +337,33 @@ def test_a_flag_is_0_or_1(workdir, name):
 def test_a_supply_that_the_formulas_divide_by_is_not_0(workdir, name, range_, value):
     assert refusal(workdir / "odd.toml", f'base = "sinker"\n[source]\n{name} = {value}\n') == (
         f"source.{name} must be {range_}, not {float(value)}.")
+
+
+KINDS = "kind must be one of sinker, wire, cavity"
+NESTED = "its tables or lists are nested too deep."
+HEX = f"0x{'f' * 6000}"
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    (f"x = {'[' * 5000}{']' * 5000}", NESTED),
+    (f"kind = {'[' * 300}{']' * 300}", f"{KINDS}, not {'[' * 60}…."),
+    # Python decides how deep a table it shows.
+    (f"kind{'.a' * 5000} = 1", f"{KINDS}, not "), (f"base{'.a' * 5000} = 1", f"{BASES}, not "),
+    (f'base = "sinker"\ntick_us = {HEX}', "tick_us must be 1 to 100, not a value so long."),
+    (f'base = "sinker"\ntick_us = {"9" * 4000}', f"tick_us must be 1 to 100, not {'9' * 60}…."),
+    (f'base = "sinker"\ntick_us = {"9" * 5000}', "one of its numbers has too many digits."),
+    (f'base = "sinker"\n[settings]\n408 = {HEX}', "settings.408 = a value so long is no setting; "
+     "one reads number = value, both whole, not negative, and of at most 10 digits."),
+    ("\N{LATIN SMALL LETTER E WITH ACUTE}", "Invalid statement (at line 1, column 1)."),
+])
+def test_what_is_too_deep_or_too_long_is_refused_in_a_sentence(workdir, text, said):
+    path = workdir / "odd.toml"
+    found = refusal(path, text).removeprefix(f"{path} is no machine description: ")
+    assert found == said or (said.endswith("not ") and found.startswith(said))
+
+
+@pytest.mark.parametrize("end", ["", ".toml"])
+def test_a_name_that_no_file_can_have_is_refused(end):
+    with pytest.raises(UsageError) as error:
+        load("a" * 5000 + end)
+    assert str(error.value) == (f'the machine "{"a" * 60}…" cannot be read: File name too long.')
