@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from host.errors import UsageError
+from host.errors import UsageError, cut, shown
 from host.machines.axis_tables import LARGEST_PITCH_UM
 from host.machines.drives import of_drives
 from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, entries, said_range
@@ -19,7 +19,6 @@ from softcore.tables.settings import COARSEST_CODER, PITCH_POINTS, named, of_num
 
 BUILT_IN = Path(__file__).parent
 CONVERTER_V = 100.0     # gap voltage at the converter's full scale
-LONGEST = 60            # characters of a value, or of a file's name, in a sentence
 
 Tables = dict[str, Any]     # of a machine's file, as TOML has them
 
@@ -86,26 +85,14 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
     if isinstance(value, bool) or not isinstance(value, int | float):
         return 0, f"{key} is no number."
     if path[0] == "settings":
-        return 0, (f"{key} = {_shown(value)} is no setting; one reads number = value, both whole, "
+        return 0, (f"{key} = {shown(value)} is no setting; one reads number = value, both whole, "
                    "not negative, and of at most 10 digits.")
     wanted = said_range(dict(entries(MACHINES[kind]))[key])
-    return 0, f"{key} must be {wanted}, not {_shown(value)}."
+    return 0, f"{key} must be {wanted}, not {shown(value)}."
 
 
 def _no_word(key: str, value: object) -> str:
-    return f"{key} must be one of {', '.join(WORDS[key])}, not {_shown(value)}."
-
-
-def _shown(value: object) -> str:
-    """A value of a file as a sentence shows it."""
-    try:
-        return _cut(repr(value))
-    except (RecursionError, ValueError):    # of tables, and of digits
-        return "a value so long"
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+    return f"{key} must be one of {', '.join(WORDS[key])}, not {shown(value)}."
 
 
 def _tables(path: Path) -> Tables:
@@ -128,7 +115,7 @@ def _upon_base(name: str, tables: Tables) -> Tables:
     base = tables.pop("base")
     if not isinstance(base, str) or base not in MACHINES:
         raise UsageError(
-            f"machine {name}: base must be one of {', '.join(MACHINES)}, not {_shown(base)}.")
+            f"machine {name}: base must be one of {', '.join(MACHINES)}, not {shown(base)}.")
     whole = _upon_base(base, _tables(BUILT_IN / f"{base}.toml"))
     for key, value in tables.items():
         known = whole.get(key)
@@ -258,7 +245,7 @@ def load(name: str) -> Machine:
         there = path.is_file()
     except OSError as error:    # too long, or in a folder that may not be read
         raise UsageError(
-            f'the machine "{_cut(name)}" cannot be read: {error.strerror}.') from error
+            f'the machine "{cut(name)}" cannot be read: {error.strerror}.') from error
     if not there:
         known = ", ".join(built_in()) or "none"
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
