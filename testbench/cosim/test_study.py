@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
 from host.errors import UsageError, UserError
@@ -341,13 +342,49 @@ def test_an_episode_ends_at_its_depth_with_an_alarm_or_after_its_steps(sinking):
 
 
 def test_environments_that_cannot_be_are_refused(sinking):
-    for options in ({"depth_mm": 0}, {"steps": 0}, {"damage_um": -1}):
-        with pytest.raises(ValueError, match="depth_mm must be above 0"):
-            sinking(**options)
+    for name, said, values in (
+            ("depth_mm", "0.0001 to 1000", (0, -1, NAN, 1e9)),
+            ("steps", "a whole number from 1 to 1000000000", (0, 1.5, NAN, INF)),
+            ("damage_um", "0 to 1000000", (-1, NAN, INF))):
+        for value in values:
+            with pytest.raises(ValueError, match=f"^{name} must be {said}, not {value}$"):
+                sinking(**{name: value})
+        with pytest.raises(TypeError, match=f"^{name} must be a number, not 'x'$"):
+            sinking(**{name: "x"})
+    with pytest.raises(TypeError, match=r"^machine must be a text, not 3$"):
+        sinking(machine=3)
     with pytest.raises(UsageError, match="of the kind wire, and sinks nothing"):
         sinking(machine="wire")
     with pytest.raises(UserError, match=r"call reset\(\) first"):
         sinking().step([0, 0])
+    with pytest.raises(NotImplementedError, match="draws no pictures: make it with trace=True"):
+        sinking().render()
+
+
+def test_an_action_that_cannot_be_is_refused_at_once(sinking):
+    environment = sinking(steps=1)
+    environment.reset(seed=1)
+    clock = environment.bench.clock
+    for action in ([NAN, 0], np.array([0, INF], np.float32), [0], 0, None, [0, 0, 0], ["a", 0],
+                   ["1", "0"], [[0, 0]], [[0], [0, 1]], {}, [True, False]):
+        with pytest.raises(ValueError, match=r"^an action must be two finite numbers, motion and "):
+            environment.step(action)
+    assert environment.bench.clock == clock
+    # None of them was a step.
+    assert environment.step((0, -1))[2:4] == (False, True)
+
+
+def test_after_its_end_an_episode_needs_a_reset(sinking):
+    environment = sinking(steps=1)
+    for force, over in ((None, (False, True)), ("force.estop", (True, True))):
+        environment.reset(seed=1)
+        if force:
+            environment.bench.set(force, 1)
+        assert environment.step([0, -1])[2:4] == over
+        clock = environment.bench.clock
+        with pytest.raises(ResetNeeded, match=r"^the episode is over: call reset\(\) first$"):
+            environment.step([0, -1])
+        assert environment.bench.clock == clock
 
 
 def test_a_step_does_what_its_bytes_do_natively():
