@@ -160,16 +160,28 @@ class SimulatedMachine:
 
         Raises
         ------
+        TypeError
+            If it is no text.
+        UsageError
+            If the text cannot be a line.
         RefusedError
             If the controller refuses it, with its own sentence.
         """
         self._need_ready()
-        self._job.link.command(line)
+        self._job.link.command(checks.name_of(line, "a line"))
 
     def send(self, line: str) -> Sent:
-        """Send a line without waiting: its ``answer`` comes in a later ``step``."""
+        """Send a line without waiting: its ``answer`` comes in a later ``step``.
+
+        Raises
+        ------
+        TypeError
+            If it is no text.
+        UsageError
+            If the text cannot be a line.
+        """
         self._need_ready()
-        return self._job.link.send_line(line)
+        return self._job.link.send_line(checks.name_of(line, "a line"))
 
     def status(self) -> dict[str, str]:
         """Ask for a status report; return its fields, the state as ``state``."""

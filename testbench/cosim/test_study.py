@@ -87,6 +87,9 @@ def test_lines_move_the_machine_and_are_refused_with_the_controllers_words():
         assert machine.signal("path_front") == 200
         with pytest.raises(RefusedError, match="G43"):
             machine.command("G43 H1")
+        for ask in (machine.command, machine.send):
+            with pytest.raises(TypeError, match=r"^a line must be a text, not None$"):
+                ask(None)
     assert machine.trace()["z"][-1] == pytest.approx(-200, abs=2)
     assert machine.discharges()["open"] > 1000
 
