@@ -3,6 +3,20 @@
 
 # Exit statuses of ``gapkeeper``.
 DONE, FAULT, USAGE, ALARM, REJECTED = 0, 1, 2, 3, 4
+LONGEST = 60    # characters of a value, or of a name, in a sentence
+
+
+def cut(text: str) -> str:
+    """A text as a sentence shows it: its beginning, if it is long."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def shown(value: object) -> str:
+    """A value as a sentence shows it."""
+    try:
+        return cut(" ".join(repr(value).split()))
+    except (RecursionError, ValueError):    # of tables, and of digits
+        return "a value so long"
 
 
 class UserError(Exception):

@@ -11,7 +11,7 @@ from typer.cli import get_docs_for_click
 
 from host.cli import app
 from host.machines.axis_tables import LARGEST_PITCH_UM
-from host.machines.machine_file import MACHINES, STEPS, WORDS, MachineFile, Table, bounds
+from host.machines.machine_file import MACHINES, STEPS, WORDS, MachineFile, Table, said_range
 from host.places import ROOT
 from softcore.tables.settings import PITCH_POINTS
 
@@ -50,7 +50,7 @@ def machine_file() -> str:
             lines += ["", f"## `[{name}]`", "", _title(tables), "", *_rows(tables, f"{name}.")]
     settings = MachineFile.model_fields["settings"].description
     lines += ["", "## `[settings]`", "", f"{settings} May be empty or left out. Both are whole "
-              "numbers of at most 10 digits."]
+              "numbers of at most 10 digits; the first has no zeros before it."]
     return _notice("host/machines/machine_file.py") + "\n".join(lines) + "\n"
 
 
@@ -98,9 +98,8 @@ def _range(key: str, field: FieldInfo) -> str:
         return f"1 to {STEPS} pairs"
     if key.endswith(".pitch_error_um"):
         return f"0 or 2 to {PITCH_POINTS} numbers, ±{LARGEST_PITCH_UM}"
-    lowest, highest = (f"{bound:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-                       for bound in bounds(field))
-    return lowest if lowest == highest else f"{lowest} to {highest}"
+    return said_range(field, lambda bound: f"{bound:,}".replace(
+        ",", "\N{NARROW NO-BREAK SPACE}"))
 
 
 PAGES: dict[Path, Callable[[], str]] = {COMMAND_LINE: command_line, MACHINE_FILE: machine_file}

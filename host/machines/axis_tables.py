@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of a machine's axes in its file: the drive that all have, and where one differs."""
 
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
 
 from softcore.tables.settings import LARGEST_PITCH_ERROR, PITCH_POINTS
 
-__all__ = ["DIVISOR", "LARGEST_PITCH_UM", "SHARE", "Axis", "Drive", "Table", "number"]
+__all__ = ["DIVISOR", "LARGEST_PITCH_UM", "SHARE", "Apart", "Axis", "Drive", "Flag", "Table",
+           "number"]
 
 SHARE, DIVISOR = (0, 1), (0.001, 10**9)
 LARGEST_PITCH_UM = LARGEST_PITCH_ERROR / 10     # a pulse is 0.1 um
@@ -22,6 +25,32 @@ def number(unit: str, bounds: tuple[float, float], meaning: str,
     return Field(... if default is None else default, ge=bounds[0], le=bounds[1],
                  description=meaning,
                  json_schema_extra={"unit": unit})
+
+
+@dataclass(frozen=True)
+class Apart:
+    """Of a number whose range begins at 0: nothing between 0 and ``least`` is allowed."""
+
+    least: float
+
+    def __get_pydantic_core_schema__(self, source: Any,
+                                     handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self._check, handler(source))
+
+    def allows(self, value: float) -> bool:
+        """Whether a value within the range is allowed."""
+        return value <= 0 or value >= self.least
+
+    def _check(self, value: float) -> float:
+        if not self.allows(value):
+            raise ValueError("it lies between 0 and the least")
+        return value
+
+
+Flag = Annotated[float, Apart(1)]       # of a ``SHARE``: 0 or 1
+Count = Annotated[float, Apart(1e-4)]   # mm: 0, or at least a pulse
+Pulse = Annotated[float, Apart(0.1)]    # um: the same
+Whole = Annotated[float, Apart(1)]
 
 
 class Table(BaseModel):
@@ -75,13 +104,13 @@ class Drive(Table):
         "times the reduction. With a coder its edges of a turn, four for each line. At most 10 000 "
         "per mm, and at least 500 of a coder.", 10_000)
     pitch_mm: float = number("mm", (0.01, 1000), "Travel of a turn of the screw.", 1)
-    reversed: float = number("", SHARE,
+    reversed: Flag = number("", SHARE,
         "1: the drive turns the other way, so its direction is inverted.", 0)
-    index_mm: float = number("mm", (0, 1000),
+    index_mm: Count = number("mm", (0, 1000),
         "Travel between two indices of the coder, each as wide as a count; 0: it has none.", 0)
     index_at_mm: float = number("mm", (-20_000, 20_000),
         "Place of an index, from where the axis started.", 0)
-    backlash_um: float = number("µm", (0, 819.1),
+    backlash_um: Pulse = number("µm", (0, 819.1),
         "Play between drive and axis. The controller makes up for it.", 0)
     screw_um_m: float = number("µm/m", (-10_000, 10_000),
         "Error of the simulated screw: how much too far up it takes the axis for each metre up "
@@ -97,7 +126,7 @@ class Drive(Table):
     pitch_from_mm: float = number("mm", (-20_000, 0),
         "Place of its first point, in the machine frame.", 0)
     pitch_step_mm: float = number("mm", (1, 100), "Distance of its points.", 20)
-    highest_mm_min: float = number("mm/min", (0, 60_000),
+    highest_mm_min: Whole = number("mm/min", (0, 60_000),
         "Highest speed that the controller lets the axis have; 0: no own bound.", 0)
     low_mm: float = number("mm", (-20_000, 0), "Lower soft limit, in the machine frame.", -299)
     high_mm: float = number("mm", (0, 20_000), "Upper soft limit.", 299)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Machines to run a tape on: built-in ones by name, others from a TOML file."""
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +10,10 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from host.errors import UsageError
+from host.errors import UsageError, cut, shown
 from host.machines.axis_tables import LARGEST_PITCH_UM
 from host.machines.drives import of_drives
-from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, bounds, entries
+from host.machines.machine_file import DRIVES, MACHINES, STEPS, WORDS, entries, said_range
 from softcore.tables.conditions import level_max
 from softcore.tables.settings import COARSEST_CODER, PITCH_POINTS, named, of_number
 
@@ -77,27 +78,34 @@ def _complaint(tables: Tables, kind: str, problem: ErrorDetails) -> tuple[int, s
     value: Any = tables
     for part in path:
         value = value[part]
+    if path[0] == "settings" and path[1].isdecimal() and re.match("0.", path[1]):
+        return 0, f"{key} begins with 0; the number of a setting has no zeros before it."
     if key in WORDS:
         return 0, _no_word(key, value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return 0, f"{key} is no number."
     if path[0] == "settings":
-        return 0, (f"{key} = {value} is no setting; one reads number = value, both whole, not "
-                   "negative, and of at most 10 digits.")
-    lowest, highest = bounds(dict(entries(MACHINES[kind]))[key])
-    wanted = lowest if lowest == highest else f"{lowest} to {highest}"
-    return 0, f"{key} must be {wanted}, not {value}."
+        return 0, (f"{key} = {shown(value)} is no setting; one reads number = value, both whole, "
+                   "not negative, and of at most 10 digits.")
+    wanted = said_range(dict(entries(MACHINES[kind]))[key])
+    return 0, f"{key} must be {wanted}, not {shown(value)}."
 
 
 def _no_word(key: str, value: object) -> str:
-    return f"{key} must be one of {', '.join(WORDS[key])}, not {value!r}."
+    return f"{key} must be one of {', '.join(WORDS[key])}, not {shown(value)}."
 
 
 def _tables(path: Path) -> Tables:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except RecursionError as error:
+        raise UsageError(f"{path} is no machine description: its tables or lists are nested too "
+                         "deep.") from error
+    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UsageError(f"{path} is no machine description: {error}.") from error
+    except ValueError as error:     # the only other one: int() takes no more digits
+        raise UsageError(f"{path} is no machine description: one of its numbers has too many "
+                         "digits.") from error
 
 
 def _upon_base(name: str, tables: Tables) -> Tables:
@@ -107,7 +115,7 @@ def _upon_base(name: str, tables: Tables) -> Tables:
     base = tables.pop("base")
     if not isinstance(base, str) or base not in MACHINES:
         raise UsageError(
-            f"machine {name}: base must be one of {', '.join(MACHINES)}, not {base!r}.")
+            f"machine {name}: base must be one of {', '.join(MACHINES)}, not {shown(base)}.")
     whole = _upon_base(base, _tables(BUILT_IN / f"{base}.toml"))
     for key, value in tables.items():
         known = whole.get(key)
@@ -233,7 +241,12 @@ def load(name: str) -> Machine:
         numbers.
     """
     path = Path(name) if name.lower().endswith(".toml") else BUILT_IN / f"{name}.toml"
-    if not path.is_file():
+    try:
+        there = path.is_file()
+    except OSError as error:    # too long, or in a folder that may not be read
+        raise UsageError(
+            f'the machine "{cut(name)}" cannot be read: {error.strerror}.') from error
+    if not there:
         known = ", ".join(built_in()) or "none"
         raise UsageError(f'there is no machine "{name}": give a TOML file, or one of: {known}.')
     tables = _upon_base(path.stem, _tables(path))

@@ -6,18 +6,19 @@ files with them, and ``host.pages`` makes ``docs/reference/machine-file.md`` of 
 the same names of tables and numbers. The built-in machines' files name the sources of the values.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, field_validator
 from pydantic.fields import FieldInfo
 
-from host.machines.axis_tables import DIVISOR, SHARE, Axis, Drive, Table, number
+from host.machines.axis_tables import DIVISOR, SHARE, Apart, Axis, Drive, Flag, Table, number
+from softcore.tables.settings import named
 
 __all__ = ["DRIVES", "HIGHEST_CLOCK_HZ", "LOWEST_CLOCK_HZ", "MACHINES",
-           "STEPS", "WORDS", "Drive", "MachineFile", "SinkerFile", "Table", "WireFile", "bounds",
-           "entries"]
+           "STEPS", "WORDS", "Drive", "MachineFile", "SinkerFile", "Table", "WireFile", "allows",
+           "bounds", "entries", "least", "said_range"]
 
 # Below this range the firmware cannot keep up with its watchdog; no device runs above it.
 LOWEST_CLOCK_HZ, HIGHEST_CLOCK_HZ = 2_000_000, 100_000_000
@@ -29,6 +30,8 @@ DRIVES = "xyz"  # tables of single axes
 # numbers).
 ANY, SHAPE = (0, 10**9), (0.1, 10)
 SPEED_UP, OHM_CM = (0.001, 1_000_000), (1, 10**12)
+# No step is finer than the controller can count, nor coarser than the highest current.
+STEP_A = (named("current_step_ma").lowest / 1000, 10_000)
 
 
 class Gap(Table):
@@ -43,7 +46,7 @@ class Gap(Table):
     ignition_conductivity: float = number("", (0, 10),
         "A conducting fluid helps ignition: the mean delay is divided by 10⁶ Ω cm over the fluid's "
         "resistivity, to this power; never by less than 1.")
-    ignition_law: float = number("", SHARE,
+    ignition_law: Flag = number("", SHARE,
         "Distribution of the delay: 0 exponential, 1 a mixture of two Weibull distributions.")
     weibull_gap_um: float = number("µm", ANY,
         "Gap in the middle between the two Weibull distributions.")
@@ -111,8 +114,8 @@ class Source(Table):
         "Removal with the electrode negative, as a share of that with it positive.")
     rise_us: float = number("µs", DIVISOR, "Time constant with which the open voltage rises.")
     fall_us: float = number("µs", DIVISOR, "Time constant with which it falls after a pulse.")
-    source_ohm: float = number("Ω", ANY, "Resistance of the source before ignition.")
-    step_a: float = number("A", ANY, "Discharge current for each step of the current level.")
+    source_ohm: float = number("Ω", DIVISOR, "Resistance of the source before ignition.")
+    step_a: float = number("A", STEP_A, "Discharge current for each step of the current level.")
     burning_v: float = number("V", ANY, "Burning voltage of a good discharge.")
     burning_spread_v: float = number("V", (0, 10), "Its standard deviation.")
     arc_v: float = number("V", ANY, "Burning voltage of an arc.")
@@ -147,7 +150,7 @@ class Relaxation(Table):
 class Comparator(Table):
     """The comparators at the gap, and the detector of a spark's noise."""
 
-    fixed: float = number("", SHARE,
+    fixed: Flag = number("", SHARE,
         "1: the comparators have the levels below; 0: those that the controller's reference pins "
         "give, filtered.")
     high_level_v: float = number("V", ANY, "Level of an open gap.")
@@ -227,7 +230,7 @@ class Side(Table):
 
     fin_delay_us: float = number("µs", ANY,
         "Time from the strobe of an auxiliary function to its FIN.")
-    fin_answers: float = number("", SHARE, "1: the machine side answers with FIN; 0: never.")
+    fin_answers: Flag = number("", SHARE, "1: the machine side answers with FIN; 0: never.")
     contactor_ms: float = number("ms", (0, 1000),
         "Time that the main contactor takes to close, and to open.")
     limit_low_mm: float = number("mm", (-10_000, -0.1),
@@ -339,7 +342,7 @@ class Stock(Table):
         return steps
 
 
-Number = Annotated[str, Field(pattern="^[0-9]{1,10}$")]     # the controller has 32 bits
+Number = Annotated[str, Field(pattern="^(0|[1-9][0-9]{0,9})$")]     # the controller has 32 bits
 Value = Annotated[int, Field(ge=0, lt=10**10)]
 
 WHAT_MOVES = ("What moves: the electrode of a sinker, without or with side walls (`cavity`), or a "
@@ -359,7 +362,7 @@ class MachineFile(Table):
     removal_scale: float = number("", SPEED_UP,
         "Number of real discharges for which each simulated one stands. Flushing goes as much "
         "faster; axes do not.")
-    current_max_a: float = number("A", (0.05, 10_000),
+    current_max_a: float = number("A", STEP_A,
         "Highest discharge current: as many whole steps of `source.step_a` as are in it, 63 at "
         "most, are what the gateware is built for, and no register exceeds them.")
     axis: Axis
@@ -429,3 +432,27 @@ def bounds(field: FieldInfo) -> tuple[float, float]:
     lowest: Any = next(one.ge for one in field.metadata if hasattr(one, "ge"))
     highest: Any = next(one.le for one in field.metadata if hasattr(one, "le"))
     return lowest, highest
+
+
+def least(field: FieldInfo) -> float | None:
+    """Lowest value above 0, of a number that may be 0 or at least this; else None."""
+    return next((one.least for one in field.metadata if isinstance(one, Apart)), None)
+
+
+def allows(field: FieldInfo, value: float) -> bool:
+    """Whether a number may have a value. NaN is never allowed."""
+    lowest, highest = bounds(field)
+    return lowest <= value <= highest and Apart(least(field) or 0).allows(value)
+
+
+def said_range(field: FieldInfo, said: Callable[[float], str] = str) -> str:
+    """Range of a number in words; ``said`` writes a bound."""
+    lowest, highest = bounds(field)
+    above = least(field)
+    if lowest == highest:
+        return said(lowest)
+    if above is None:
+        return f"{said(lowest)} to {said(highest)}"
+    if above == highest:
+        return f"{said(lowest)} or {said(highest)}"
+    return f"{said(lowest)}, or {said(above)} to {said(highest)}"

@@ -10,17 +10,19 @@ Gymnasium is in the project's dependency group ``study``.
 """
 
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from host.errors import UsageError, UserError
+from host.errors import UsageError, UserError, shown
 from host.link.link import Sent
-from host.machines import machine as machines
 from host.run.run import count_retractions
+from host.study import checks
 from host.study.machine import SimulatedMachine
 
 __all__ = ["FEATURES", "MOST_UM", "PAUSES_US", "STEP_S", "Sinking"]
@@ -32,6 +34,7 @@ LEAST_UM = 0.05     # half a pulse: anything shorter is no motion
 PULSE_US = 15       # on-time, at 1.5 A: suited to 10 mm2
 PAUSES_US = (25, 50, 100, 200, 400)
 FIRST_CONDITION = 901
+DEEPEST_MM = 1000   # that an observation can have
 FRONT = 0           # state of the retraction in which the program moves the machine
 SEEDS = 2**63
 # Features of a step, in the order of the observation, with bounds: all that a controller can know.
@@ -70,14 +73,14 @@ class Sinking(gymnasium.Env[Observation, Action]):
 
     Parameters
     ----------
-    machine : str
+    machine : str or Path
         A sinker: built-in, or a TOML file.
     depth_mm : float
-        Depth of the cavity, above 0, by the coder from the workpiece's top.
+        Depth of the cavity, 0.0001 (a pulse) to 1000, by the coder from the workpiece's top.
     steps : int
-        Most steps of an episode.
+        Most steps of an episode, 1 to 10**9.
     damage_um : float
-        Cost of an arc or a shorted pulse.
+        Cost of an arc or a shorted pulse, 0 to 10**6.
     servo : bool
         The controller's own gap servo (G95 P1) moves the electrode; actions are ignored.
     trace : bool
@@ -87,6 +90,8 @@ class Sinking(gymnasium.Env[Observation, Action]):
 
     Raises
     ------
+    TypeError
+        If the machine is no text or path, or what should be a number is none.
     ValueError
         If a number is out of its range.
     UsageError
@@ -98,16 +103,17 @@ class Sinking(gymnasium.Env[Observation, Action]):
         The machine of the episode.
     """
 
-    def __init__(self, machine: str = "small", *, depth_mm: float = 0.25, steps: int = 1000,
+    def __init__(self, machine: str | Path = "small", *, depth_mm: float = 0.25, steps: int = 1000,
                  damage_um: float = 0.02, servo: bool = False, trace: bool = False,
                  progress: Callable[[str], None] = lambda _: None) -> None:
-        if depth_mm <= 0 or steps < 1 or damage_um < 0:
-            raise ValueError("depth_mm must be above 0, steps at least 1, damage_um not below 0; "
-                             f"given are {depth_mm}, {steps} and {damage_um}")
-        if (kind := machines.load(machine).kind) == "wire":
+        self.depth_mm = checks.number("depth_mm", depth_mm, 0.0001, DEEPEST_MM)
+        self.steps = checks.whole("steps", steps, 1, 10**9)
+        self.damage_um = checks.number("damage_um", damage_um, 0, 10**6)
+        if (kind := checks.load(machine).kind) == "wire":
             raise UsageError(f"machine {machine}: it is of the kind {kind}, and sinks nothing.")
         self._machine, self._trace, self._progress = machine, trace, progress
-        self.depth_mm, self.steps, self.damage_um, self.servo = depth_mm, steps, damage_um, servo
+        self.servo = servo
+        self._over = True
         self.action_space = spaces.Box(-1, 1, (2,))
         lowest, highest = np.array(list(FEATURES.values()), dtype=np.float32).T
         self.observation_space = spaces.Box(lowest, highest)
@@ -118,6 +124,7 @@ class Sinking(gymnasium.Env[Observation, Action]):
         """Switch a new machine on and set it up, with the discharge on above the workpiece."""
         super().reset(seed=seed)
         self.close()
+        self._over = True       # until all of this is done
         self.bench = bench = SimulatedMachine(
             self._machine, seed=int(self.np_random.integers(SEEDS)), trace=self._trace,
             progress=self._progress)
@@ -141,13 +148,27 @@ class Sinking(gymnasium.Env[Observation, Action]):
             way_mm = self.depth_mm + self._z_um() / 1000
             self._line = bench.send(f"G01 Z-{way_mm:.4f} F{FEED}")
         self._last = self._totals()
+        self._over = False
         return self._observe(self._totals()), self._info()
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Carry out an action, and let ``STEP_S`` of the machine's time pass."""
+        """Carry out an action, and let ``STEP_S`` of the machine's time pass.
+
+        Raises
+        ------
+        ValueError
+            If the action is not two finite numbers.
+        UserError
+            If the environment has not been reset yet.
+        ResetNeeded
+            If the episode has ended or been truncated.
+        """
         bench = self._need()
+        if self._over:
+            raise ResetNeeded("the episode is over: call reset() first")
+        way, pause = (0.0, 0.0) if self.servo else _checked(action)
         if not self._busy():
-            self._act(float(action[0]), float(action[1]))
+            self._act(way, pause)
         bench.step(STEP_S)
         self._hear()
         self._done += 1
@@ -155,7 +176,20 @@ class Sinking(gymnasium.Env[Observation, Action]):
         observation, reward = self._observe(totals), self._reward(totals)
         self._last = totals
         ended = bench.alarm is not None or self._z_um() <= -1000 * self.depth_mm
-        return observation, reward, ended, self._done >= self.steps, self._info()
+        truncated = self._done >= self.steps
+        self._over = ended or truncated
+        return observation, reward, ended, truncated, self._info()
+
+    def render(self) -> NoReturn:
+        """Draw nothing: ``bench.trace()`` has the run, if the environment keeps it.
+
+        Raises
+        ------
+        NotImplementedError
+            Always.
+        """
+        raise NotImplementedError("the environment draws no pictures: make it with trace=True, and "
+                                  "bench.trace() has a sample of every millisecond")
 
     def close(self) -> None:
         """Switch the machine off."""
@@ -224,3 +258,15 @@ class Sinking(gymnasium.Env[Observation, Action]):
         if bench.alarm is not None:
             info["alarm"] = bench.alarm["text"]
         return info
+
+
+def _checked(action: object) -> tuple[float, float]:
+    """Motion and pause of an action."""
+    try:
+        given = np.asarray(action)
+    except ValueError:      # rows of unlike lengths
+        given = np.empty(0)
+    if given.shape != (2,) or given.dtype.kind not in "iuf" or not np.isfinite(given).all():
+        raise ValueError("an action must be two finite numbers, motion and pause, not "
+                         f"{shown(action)}")
+    return float(given[0]), float(given[1])

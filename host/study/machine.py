@@ -12,11 +12,11 @@ from typing import Self
 
 from host.errors import UsageError
 from host.link.link import Sent
-from host.machines import machine as machines
 from host.run import simulation
 from host.run.events import Event
 from host.run.run import Run
 from host.run.workpiece import Columns
+from host.study import checks
 from host.tape.tape import Tape, encode, load
 
 __all__ = ["SimulatedMachine"]
@@ -32,12 +32,12 @@ class SimulatedMachine:
 
     Parameters
     ----------
-    machine : str
+    machine : str or Path
         A built-in machine, such as ``sinker`` or ``wire``, or a TOML file of one.
     seed : int
         Seed of everything random, 0 to 2**64 - 1.
     clock_hz : int or None
-        Clock of the controller; that of the file if not given.
+        Clock of the controller, in the range of a machine's file; that of the file if not given.
     trace : bool
         Keep a sample of the run for every millisecond; see ``trace``.
     waves : Path or None
@@ -47,17 +47,22 @@ class SimulatedMachine:
 
     Raises
     ------
+    TypeError
+        If the machine is no text or path, or seed or clock no number.
+    ValueError
+        If seed or clock is not whole or out of its range.
     UsageError
         If there is no such machine.
     UserError
         If it cannot be built.
     """
 
-    def __init__(self, machine: str = "sinker", *, seed: int = 1, clock_hz: int | None = None,
-                 trace: bool = True, waves: Path | None = None,
+    def __init__(self, machine: str | Path = "sinker", *, seed: int = 1,
+                 clock_hz: int | None = None, trace: bool = True, waves: Path | None = None,
                  progress: Callable[[str], None] = lambda _: None) -> None:
-        self.machine = machines.load(machine)
-        self.clock_hz = clock_hz or self.machine.clock_hz
+        self.machine = checks.load(machine)
+        self.clock_hz = self.machine.clock_hz if clock_hz is None else checks.clock(clock_hz)
+        seed = checks.whole("seed", seed, 0, checks.SEEDS - 1)
         self._simulation = simulation.start(
             self.machine, clock_hz=self.clock_hz, seed=seed, waves=waves, trace=trace,
             progress=progress)
@@ -65,6 +70,7 @@ class SimulatedMachine:
         self._ready = self._closed = False
 
     def __enter__(self) -> Self:
+        self._need_on()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
@@ -90,8 +96,17 @@ class SimulatedMachine:
         return self._simulation.time_s()
 
     def step(self, seconds: float) -> None:
-        """Run the machine for exactly ``seconds`` of its time, in whole clocks."""
+        """Run the machine for exactly ``seconds`` of its time, in whole clocks.
+
+        Raises
+        ------
+        TypeError
+            If that is no number.
+        ValueError
+            If it is below 0, more than 10**9 or NaN.
+        """
         self._need_on()
+        seconds = checks.number("seconds", seconds, 0, checks.LONGEST_S)
         end = self.clock + round(seconds * self.clock_hz)
         if not self._ready:     # `set_up` needs the greeting
             self._simulation.run(end - self.clock)
@@ -114,7 +129,7 @@ class SimulatedMachine:
         tape : str, Path or Tape
             File of a text or of punched rows, or the tape itself (``host.tape.tape.encode``).
         until_s : float or None
-            Machine time at which the run ends early.
+            Machine time at which the run ends early, 0 to 10**9.
 
         Returns
         -------
@@ -123,12 +138,18 @@ class SimulatedMachine:
 
         Raises
         ------
+        TypeError
+            If ``until_s`` is no number.
+        ValueError
+            If it is out of its range.
         TapeError
             If the text cannot be punched.
         UsageError
             If the machine has been set up already.
         """
         self._need_fresh()
+        if until_s is not None:
+            until_s = checks.number("until_s", until_s, 0, checks.LONGEST_S)
         punched = tape if isinstance(tape, Tape) else load(Path(tape))
         self._job = Run(self.machine, punched, self._simulation, until_s=until_s)
         self._ready = True
@@ -139,16 +160,28 @@ class SimulatedMachine:
 
         Raises
         ------
+        TypeError
+            If it is no text.
+        UsageError
+            If the text cannot be a line.
         RefusedError
             If the controller refuses it, with its own sentence.
         """
         self._need_ready()
-        self._job.link.command(line)
+        self._job.link.command(checks.name_of(line, "a line"))
 
     def send(self, line: str) -> Sent:
-        """Send a line without waiting: its ``answer`` comes in a later ``step``."""
+        """Send a line without waiting: its ``answer`` comes in a later ``step``.
+
+        Raises
+        ------
+        TypeError
+            If it is no text.
+        UsageError
+            If the text cannot be a line.
+        """
         self._need_ready()
-        return self._job.link.send_line(line)
+        return self._job.link.send_line(checks.name_of(line, "a line"))
 
     def status(self) -> dict[str, str]:
         """Ask for a status report; return its fields, the state as ``state``."""
@@ -172,34 +205,46 @@ class SimulatedMachine:
 
         Raises
         ------
+        TypeError
+            If the name is no text.
         ValueError
             If there is none of that name.
         """
         self._need_on()
-        return self._simulation.get(name)
+        return self._simulation.get(checks.name_of(name))
 
     def set(self, name: str, value: float) -> None:
         """Change a number of the machine's file, or force a state (``force.short``).
 
+        A number of the file has its range there. What the machine starts with (``initial_gap_um``,
+        ``workpiece``, ``stock``, ``cavity``) can be changed before its first clock only. Words and
+        lists cannot be, nor what the simulation is built for (``clock_hz``, ``pulses_per_mm``,
+        ``current_max_a``), nor what becomes a setting of the controller.
+
         Raises
         ------
+        TypeError
+            If the name is no text, or the value no number.
         ValueError
-            If there is none of that name.
+            If there is none of that name, it cannot be changed, or the value is out of its range.
         """
         self._need_on()
-        self._simulation.set(name, value)
+        self._simulation.set(*checks.change(self.machine.kind, name, value,
+                                            running=self.clock > 0))
 
     def signal(self, name: str) -> int:
         """Present value of a signal inside the controller, of ``testbench.native.probes``.
 
         Raises
         ------
+        TypeError
+            If the name is no text.
         ValueError
             If there is none of that name.
         """
         self._need_on()
         try:
-            return self._simulation.signal(name)
+            return self._simulation.signal(checks.name_of(name))
         except KeyError:
             raise ValueError(f"the controller has no signal {name!r}") from None
 

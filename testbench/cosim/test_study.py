@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated machine in Python programs: by hand, as an environment, and on its page."""
 
+import math
 import re
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
 from host.errors import UsageError, UserError
@@ -85,6 +87,9 @@ def test_lines_move_the_machine_and_are_refused_with_the_controllers_words():
         assert machine.signal("path_front") == 200
         with pytest.raises(RefusedError, match="G43"):
             machine.command("G43 H1")
+        for ask in (machine.command, machine.send):
+            with pytest.raises(TypeError, match=r"^a line must be a text, not None$"):
+                ask(None)
     assert machine.trace()["z"][-1] == pytest.approx(-200, abs=2)
     assert machine.discharges()["open"] > 1000
 
@@ -114,9 +119,119 @@ def test_what_cannot_be_asked_is_refused():
         for ask in (machine.set_up, lambda: machine.run_tape(ROOT / "tapes" / "sink_servo.nc")):
             with pytest.raises(UsageError, match="set up already"):
                 ask()
-    for ask in (lambda: machine.step(1), lambda: machine.get("read.gap_um"), machine.status):
+    for ask in (lambda: machine.step(1), lambda: machine.get("read.gap_um"), machine.status,
+                machine.__enter__):
         with pytest.raises(UsageError, match="switched off"):
             ask()
+
+
+NAN, INF = math.nan, math.inf
+SEED = f"seed must be a whole number from 0 to {2**64 - 1}, not"
+CLOCK = "clock_hz must be a whole number from 2000000 to 100000000, not"
+
+
+@pytest.mark.parametrize(("options", "kind", "said"), [
+    *(({"seed": seed}, ValueError, f"{SEED} {seed}") for seed in (-1, 2**64, 1.5, NAN)),
+    ({"seed": 10**5000}, ValueError, f"{SEED} a value so long"),
+    ({"seed": "1"}, TypeError, "seed must be a number, not '1'"),
+    *(({"clock_hz": clock}, ValueError, f"{CLOCK} {clock}")
+      for clock in (0, -5, 1_999_999, 100_000_001, 2_234_567.8, INF)),
+    ({"clock_hz": "2e6"}, TypeError, "clock_hz must be a number, not '2e6'"),
+    ({"machine": 3}, TypeError, "machine must be a text, not 3"),
+    ({"machine": None}, TypeError, "machine must be a text, not None"),
+])
+def test_a_machine_that_cannot_be_made_is_refused(options, kind, said):
+    with pytest.raises(kind, match=f"^{re.escape(said)}$"):
+        SimulatedMachine(**{"machine": "small"} | options)
+
+
+def test_the_ends_of_a_range_are_allowed():
+    for options in ({"seed": 0}, {"seed": 2**64 - 1}, {"seed": np.int64(5), "clock_hz": 2e6},
+                    {"machine": ROOT / "host" / "machines" / "small.toml"}):
+        with SimulatedMachine(**{"machine": "small", "trace": False} | options) as machine:
+            machine.step(np.float32(0.001))
+            assert (machine.clock, machine.clock_hz) == (2000, 2_000_000)
+
+
+@pytest.fixture(scope="module")
+def machine():
+    """A sinker after its first clocks."""
+    with SimulatedMachine("small", trace=False) as one:
+        one.step(0.001)
+        yield one
+
+
+NO_CHANGE = "cannot be changed"
+SET = "is a setting of the controller: send it as a line, $ and its number = value"
+
+
+@pytest.mark.parametrize(("name", "value", "kind", "said"), [
+    *(("gap.area_mm2", value, ValueError, f"gap.area_mm2 must be 0.001 to 1000000000, not {value}")
+      for value in (NAN, INF, -5, 0, 2 * 10**9)),
+    ("gap.area_mm2", "x", TypeError, "gap.area_mm2 must be a number, not 'x'"),
+    ("gap.area_mm2", None, TypeError, "gap.area_mm2 must be a number, not None"),
+    ("comparator.fixed", 0.5, ValueError, "comparator.fixed must be 0 or 1, not 0.5"),
+    ("x.backlash_um", 0.04, ValueError, "x.backlash_um must be 0, or 0.1 to 819.1, not 0.04"),
+    *((name, 1, ValueError, f"{name!r} {NO_CHANGE}: the simulation is built for it; give another "
+       "machine's file") for name in ("clock_hz", "pulses_per_mm", "current_max_a")),
+    *((name, 1, ValueError, f"{name!r} is a word or a list, and {NO_CHANGE}: give another "
+       "machine's file") for name in ("kind", "axis.dac", "x.output", "work.shape",
+                                      "x.pitch_error_um")),
+    ("initial_gap_um", 50, ValueError, f"'initial_gap_um' {NO_CHANGE} any more: the machine starts "
+                                       "with it, and its clock runs"),
+    *((name, 1, ValueError, f"{name!r} {SET}")
+      for name in ("settings.408", "x.highest_mm_min", "z.low_mm", "y.pitch_step_mm")),
+    ("wire.diameter_mm", 0.2, ValueError, "a machine of the kind sinker has no number "
+                                          "'wire.diameter_mm'"),
+    ("read.gap_um", 5, ValueError, "'read.gap_um' is a reading, and cannot be set"),
+    (3, 5, TypeError, "a name must be a text, not 3"),
+    ("force.short", 2, ValueError, "force.short must be a whole number from -1 to 1, not 2"),
+    ("force.estop", NAN, ValueError, "force.estop must be a whole number from 0 to 15, not nan"),
+    ("force.debris", -1, ValueError, "force.debris must be 0 to 1000000000, or NaN (not forced), "
+                                     "not -1"),
+    ("force.encoder_noise_hz", 0, ValueError, "force.encoder_noise_hz must be 1 to 1000000000, not "
+                                              "0"),
+])
+def test_a_change_that_cannot_be_is_refused_and_changes_nothing(machine, name, value, kind, said):
+    area = machine.get("gap.area_mm2")
+    with pytest.raises(kind, match=f"^{re.escape(said)}$"):
+        machine.set(name, value)
+    assert machine.get("gap.area_mm2") == area
+    assert machine.get("clock_hz") == 2_000_000
+
+
+def test_a_change_within_its_range_is_made(machine):
+    for name, value in (("gap.area_mm2", 0.001), ("gap.area_mm2", np.float32(20)),
+                        ("comparator.fixed", True), ("force.short", -1), ("force.gap_um", 25)):
+        machine.set(name, value)
+        assert machine.get(name) == value
+    machine.set("force.gap_um", NAN)
+    assert math.isnan(machine.get("force.gap_um"))
+    with SimulatedMachine("small", trace=False) as fresh:
+        fresh.set("initial_gap_um", 50)
+        assert fresh.get("read.gap_um") == 50
+
+
+@pytest.mark.parametrize(("kind", "said", "value"), [
+    *((ValueError, f"must be 0 to 1000000000, not {value}", value)
+      for value in (-0.001, NAN, INF, 1e300)),
+    (TypeError, "must be a number, not '1'", "1"),
+    (TypeError, "must be a number, not True", True)])
+def test_a_time_that_cannot_be_is_refused(machine, kind, said, value):
+    clock = machine.clock
+    with pytest.raises(kind, match=f"^seconds {re.escape(said)}$"):
+        machine.step(value)
+    with pytest.raises(kind, match=f"^until_s {re.escape(said)}$"):
+        machine.run_tape(ROOT / "tapes" / "sink_servo.nc", until_s=value)
+    assert machine.clock == clock
+    with pytest.raises(UsageError, match="not set up"):     # a refused tape has begun nothing
+        machine.status()
+
+
+def test_a_name_is_a_text(machine):
+    for ask in (machine.get, machine.signal):
+        with pytest.raises(TypeError, match=r"^a name must be a text, not 3$"):
+            ask(3)
 
 
 # ---- the environment
@@ -230,13 +345,49 @@ def test_an_episode_ends_at_its_depth_with_an_alarm_or_after_its_steps(sinking):
 
 
 def test_environments_that_cannot_be_are_refused(sinking):
-    for options in ({"depth_mm": 0}, {"steps": 0}, {"damage_um": -1}):
-        with pytest.raises(ValueError, match="depth_mm must be above 0"):
-            sinking(**options)
+    for name, said, values in (
+            ("depth_mm", "0.0001 to 1000", (0, -1, NAN, 1e9)),
+            ("steps", "a whole number from 1 to 1000000000", (0, 1.5, NAN, INF)),
+            ("damage_um", "0 to 1000000", (-1, NAN, INF))):
+        for value in values:
+            with pytest.raises(ValueError, match=f"^{name} must be {said}, not {value}$"):
+                sinking(**{name: value})
+        with pytest.raises(TypeError, match=f"^{name} must be a number, not 'x'$"):
+            sinking(**{name: "x"})
+    with pytest.raises(TypeError, match=r"^machine must be a text, not 3$"):
+        sinking(machine=3)
     with pytest.raises(UsageError, match="of the kind wire, and sinks nothing"):
         sinking(machine="wire")
     with pytest.raises(UserError, match=r"call reset\(\) first"):
         sinking().step([0, 0])
+    with pytest.raises(NotImplementedError, match="draws no pictures: make it with trace=True"):
+        sinking().render()
+
+
+def test_an_action_that_cannot_be_is_refused_at_once(sinking):
+    environment = sinking(steps=1)
+    environment.reset(seed=1)
+    clock = environment.bench.clock
+    for action in ([NAN, 0], np.array([0, INF], np.float32), [0], 0, None, [0, 0, 0], ["a", 0],
+                   ["1", "0"], [[0, 0]], [[0], [0, 1]], {}, [True, False]):
+        with pytest.raises(ValueError, match=r"^an action must be two finite numbers, motion and "):
+            environment.step(action)
+    assert environment.bench.clock == clock
+    # None of them was a step.
+    assert environment.step((0, -1))[2:4] == (False, True)
+
+
+def test_after_its_end_an_episode_needs_a_reset(sinking):
+    environment = sinking(steps=1)
+    for force, over in ((None, (False, True)), ("force.estop", (True, True))):
+        environment.reset(seed=1)
+        if force:
+            environment.bench.set(force, 1)
+        assert environment.step([0, -1])[2:4] == over
+        clock = environment.bench.clock
+        with pytest.raises(ResetNeeded, match=r"^the episode is over: call reset\(\) first$"):
+            environment.step([0, -1])
+        assert environment.bench.clock == clock
 
 
 def test_a_step_does_what_its_bytes_do_natively():

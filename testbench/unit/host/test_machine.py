@@ -282,3 +282,88 @@ def test_the_tables_of_the_axes_are_settings_of_the_controller(workdir):
         "526": 123, "529": 1, "532": 900, "460": 41_000, "463": 80_500}, "[settings] wins"
     assert load("sinker").settings == load("sinker").tables["settings"]
     assert load("wire").settings == load("wire").tables["settings"]
+
+
+# ---- what must not be accepted silently, nor end in Python's own words
+
+def refusal(path, text):
+    """What is said of a file, without the name of the machine before it."""
+    path.write_text(text)
+    with pytest.raises(UsageError) as error:
+        load(str(path))
+    said = str(error.value)
+    assert len(said) < 300
+    assert "\n" not in said
+    return said.removeprefix(f"machine {path.stem}: ")
+
+
+@pytest.mark.parametrize("line", ['"0520" = 5', '"0458" = 1000\n"458" = 2000', "00 = 1"])
+def test_a_setting_has_one_number(workdir, line):
+    number = line.split()[0].strip('"')
+    assert refusal(workdir / "odd.toml", f'base = "sinker"\n[settings]\n{line}\n') == (
+        f"settings.{number} begins with 0; the number of a setting has no zeros before it.")
+
+
+@pytest.mark.parametrize(("name", "least", "highest"), [
+    ("highest_mm_min", "1", "60000"), ("backlash_um", "0.1", "819.1"),
+    ("index_mm", "0.0001", "1000")])
+def test_what_would_be_rounded_to_none_is_refused(workdir, name, least, highest):
+    path = workdir / "odd.toml"
+    head = f'base = "sinker"\n[x]\n{name} = '
+    small = float(least) * 0.4
+    assert refusal(path, f"{head}{small}") == (
+        f"x.{name} must be 0, or {least} to {highest}, not {small}.")
+    for value in ("0", least, highest):
+        path.write_text(head + value)
+        assert load(str(path)).number("x", name) == float(value)
+
+
+@pytest.mark.parametrize("name", ["x.reversed", "comparator.fixed", "side.fin_answers",
+                                  "gap.ignition_law"])
+def test_a_flag_is_0_or_1(workdir, name):
+    path = workdir / "odd.toml"
+    table, key = name.split(".")
+    head = f'base = "sinker"\n[{table}]\n{key} = '
+    for value in ("0.5", "1e-12", "0.9999999999", "2", "-1"):
+        assert refusal(path, head + value) == f"{name} must be 0 or 1, not {value}."
+    for value in ("0", "1", "1.0"):
+        path.write_text(head + value)
+        assert load(str(path)).number(table, key) == float(value)
+
+
+@pytest.mark.parametrize(("name", "range_", "value"), [
+    ("step_a", "0.05 to 10000", "0.0"), ("step_a", "0.05 to 10000", "1e-320"),
+    ("source_ohm", "0.001 to 1000000000", "0.0")])
+def test_a_supply_that_the_formulas_divide_by_is_not_0(workdir, name, range_, value):
+    assert refusal(workdir / "odd.toml", f'base = "sinker"\n[source]\n{name} = {value}\n') == (
+        f"source.{name} must be {range_}, not {float(value)}.")
+
+
+KINDS = "kind must be one of sinker, wire, cavity"
+NESTED = "its tables or lists are nested too deep."
+HEX = f"0x{'f' * 6000}"
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    (f"x = {'[' * 5000}{']' * 5000}", NESTED),
+    (f"kind = {'[' * 300}{']' * 300}", f"{KINDS}, not {'[' * 60}…."),
+    # Python decides how deep a table it shows.
+    (f"kind{'.a' * 5000} = 1", f"{KINDS}, not "), (f"base{'.a' * 5000} = 1", f"{BASES}, not "),
+    (f'base = "sinker"\ntick_us = {HEX}', "tick_us must be 1 to 100, not a value so long."),
+    (f'base = "sinker"\ntick_us = {"9" * 4000}', f"tick_us must be 1 to 100, not {'9' * 60}…."),
+    (f'base = "sinker"\ntick_us = {"9" * 5000}', "one of its numbers has too many digits."),
+    (f'base = "sinker"\n[settings]\n408 = {HEX}', "settings.408 = a value so long is no setting; "
+     "one reads number = value, both whole, not negative, and of at most 10 digits."),
+    ("\N{LATIN SMALL LETTER E WITH ACUTE}", "Invalid statement (at line 1, column 1)."),
+])
+def test_what_is_too_deep_or_too_long_is_refused_in_a_sentence(workdir, text, said):
+    path = workdir / "odd.toml"
+    found = refusal(path, text).removeprefix(f"{path} is no machine description: ")
+    assert found == said or (said.endswith("not ") and found.startswith(said))
+
+
+@pytest.mark.parametrize("end", ["", ".toml"])
+def test_a_name_that_no_file_can_have_is_refused(end):
+    with pytest.raises(UsageError) as error:
+        load("a" * 5000 + end)
+    assert str(error.value) == (f'the machine "{"a" * 60}…" cannot be read: File name too long.')
