@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the controller has said so far, as the panel shows it."""
 
+import re
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
@@ -34,6 +35,7 @@ MOTION = ("at the front", "coming to rest", "retracting", "at the limit, still s
           "forward again, fast", "forward again, slowly", "halted")
 FEED_MODES = {"1": "servo steps by counted pulses", "2": "speed by the mean gap voltage",
               "3": "constant removal, by the voltage", "4": "constant removal, by the ratio"}
+_CHANGES = re.compile(r"\$(\d|RST=(?!#))")     # lines that change settings
 _CAUSES = {"short": "a short", "jump": "a periodic jump", "operator": "the operator's order"}
 _REASONS = {"cleared": "the short is over", "limit": "the limit is reached",
             "path_start": "the start of the path is reached"}
@@ -62,7 +64,8 @@ class Heard:
     """Everything heard, from ``hear``; ``scale`` is that of the tape. Places are in mm.
 
     ``fields`` are those of the last status report. ``trail`` has the places so far in the frame of
-    the program, ``record`` every event with its sentence, oldest first.
+    the program, ``record`` every event with its sentence, oldest first. ``settings`` has what is
+    known to be in force; if ``unlisted``, the list of settings must be asked for.
     """
 
     scale: events.Scale
@@ -71,6 +74,7 @@ class Heard:
     samples: deque[Sample] = field(default_factory=lambda: deque(maxlen=SAMPLES))
     record: deque[tuple[Event, str]] = field(default_factory=lambda: deque(maxlen=KEPT))
     settings: dict[int, str] = field(default_factory=dict)
+    unlisted: bool = False
     retractions: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_CAUSES, 0))
     modal: str = ""             # words of $G
     feed_mode: str = ""         # P of the last G95
@@ -105,6 +109,19 @@ class Heard:
         elif text.startswith(GREETING):
             self.starts += 1
             self.feed_mode = ""
+
+    def answered(self, line: str, answer: str | None) -> None:
+        """Take what the answer to a line, None if it gets none, tells of the settings in force.
+
+        Nothing is known any more after ``$RST=$``, or if an answer does not tell what was done.
+        """
+        refused = answer is not None and answer.startswith("error:")
+        if line == "$$" and (refused or answer == "ok"):
+            self.unlisted = False
+        elif _CHANGES.match(line) and not refused:
+            self.unlisted = True
+            if answer != "ok" or line.startswith("$RST="):
+                self.settings = {}
 
     @property
     def state(self) -> str:
