@@ -13,7 +13,7 @@ from host.run import events
 from host.run.events import Event
 from host.tape.start import INTERRUPTED, LAST, STARTS_AT
 from softcore.tables.conditions import CONDITIONS, IP_MA
-from softcore.tables.settings import named
+from softcore.tables.settings import FIRST, named, of_number
 
 __all__ = ["CLASSES", "MOTION", "STATES", "Heard", "Sample", "condition_words", "on_beginning",
            "sentence"]
@@ -35,6 +35,7 @@ MOTION = ("at the front", "coming to rest", "retracting", "at the limit, still s
           "forward again, fast", "forward again, slowly", "halted")
 FEED_MODES = {"1": "servo steps by counted pulses", "2": "speed by the mean gap voltage",
               "3": "constant removal, by the voltage", "4": "constant removal, by the ratio"}
+_ASSIGNED = re.compile(r"\$(\d+)=(\d+)")
 _CHANGES = re.compile(r"\$(\d|RST=(?!#))")     # lines that change settings
 _CAUSES = {"short": "a short", "jump": "a periodic jump", "operator": "the operator's order"}
 _REASONS = {"cleared": "the short is over", "limit": "the limit is reached",
@@ -113,15 +114,20 @@ class Heard:
     def answered(self, line: str, answer: str | None) -> None:
         """Take what the answer to a line, None if it gets none, tells of the settings in force.
 
-        Nothing is known any more after ``$RST=$``, or if an answer does not tell what was done.
+        A setting that was taken has the value that it was given. Else nothing is known any more,
+        unless the line was refused or changes no setting.
         """
         refused = answer is not None and answer.startswith("error:")
         if line == "$$" and (refused or answer == "ok"):
             self.unlisted = False
         elif _CHANGES.match(line) and not refused:
-            self.unlisted = True
-            if answer != "ok" or line.startswith("$RST="):
-                self.settings = {}
+            given = _ASSIGNED.fullmatch(line)
+            if answer == "ok" and given and _is_own(int(given[1]), int(given[2])):
+                self.settings = {number: value for number, value in self.settings.items()
+                                 if number >= FIRST}    # those of grbl follow from the others
+                self.settings[int(given[1])] = str(int(given[2]))
+            else:
+                self.settings, self.unlisted = {}, True
 
     @property
     def state(self) -> str:
@@ -224,6 +230,12 @@ class Heard:
         if self.alarm is None or self.alarm[0] != code or text:
             self.alarm = code, text or self.message or alarms.sentence(code)
         self.ended = "alarm"
+
+
+def _is_own(number: int, value: int) -> bool:
+    """Whether a setting is one of ours, with a value in its range."""
+    setting = of_number(number)
+    return setting is not None and setting.lowest <= value <= setting.highest
 
 
 def on_beginning(message: str) -> str:

@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from softcore.tables.settings import SETTINGS, named
+from softcore.tables.settings import SETTINGS, assign, named
 from testbench.unit.host.test_panel import SETTING, Board, serve, until
 from testbench.unit.host.test_panel_by_hand import Slow
 
@@ -115,6 +115,31 @@ def test_what_changes_no_setting_keeps_what_is_known(serve, line):
     assert lists(wire) == before
 
 
+@pytest.mark.parametrize("value", ["13", "013"])
+def test_a_setting_that_was_taken_is_known_without_the_list(serve, value):
+    """The list takes long, and every line and every jog would wait for it."""
+    wire = Listed(waits="$$$")
+    session, await_ = begun(serve, wire)
+    before = lists(wire)
+    session.order("a", "line", f"${SETTING.number}={value}")
+    passed(session, await_)
+    assert session.heard.settings == {SETTING.number: "13"}     # grbl's follow from ours
+    assert lists(wire) == before
+
+
+@pytest.mark.parametrize("line", ["$399=1", f"${SETTING.number}={SETTING.highest + 1}",
+                                  f"${SETTING.number}=1.5"])
+def test_a_setting_that_the_panel_does_not_know_is_asked_for(serve, line):
+    """Firmware of another edition may have taken it otherwise than it was given."""
+    wire = Listed(waits="$$$")
+    session, await_ = begun(serve, wire)
+    before = lists(wire)
+    wire.told = "7"
+    session.order("a", "line", line)
+    await_(lambda: session.heard.settings.get(SETTING.number) == "7")
+    assert lists(wire) == before + 1
+
+
 @pytest.mark.parametrize("line", ["$RST=$", f"${SETTING.number}=13"])
 def test_a_line_that_an_alarm_has_overtaken_may_have_changed_settings(serve, line):
     wire = Listed(waits="$$$")
@@ -125,3 +150,17 @@ def test_a_line_that_an_alarm_has_overtaken_may_have_changed_settings(serve, lin
     wire.say("ALARM:140")
     await_(lambda: lists(wire) > before)
     await_(lambda: session.heard.settings.get(SETTING.number) == "5")
+
+
+def test_the_firmware_keeps_every_setting_as_it_was_given(serve):
+    session, await_ = begun(serve, Board())
+    given = [assign(one.name, min(one.default + 1, one.highest)) for one in SETTINGS]
+    for line in given:
+        await_(lambda line=line: session.order("a", "line", line) == "")
+    passed(session, await_)
+    known = own(session)
+    assert sum(known[one.number] != str(one.default) for one in SETTINGS) > len(SETTINGS) / 2
+    session.heard.settings.clear()
+    session.order("a", "line", "$$")
+    await_(lambda: None not in own(session).values())
+    assert own(session) == known
