@@ -204,10 +204,19 @@ class Tabs:
                 'dense dense-toggle data-testid="tune-card"').style("width:100%"):
             self.tune = TuneCard(self.page)
         for group, heading in GROUPS.items():
-            with ui.expansion(heading).props("dense dense-toggle").style("width:100%"):
-                for setting in SETTINGS:
-                    if setting.group == group:
-                        self._setting(setting)
+            fold = ui.expansion(heading).props("dense dense-toggle").style("width:100%")
+            fold.on_value_change(lambda _, group=group, fold=fold: self._unfold(group, fold))
+
+    def _unfold(self, group: str, fold: ui.expansion) -> None:
+        """Put the fields of a group onto the page, once: all at once keep a browser for seconds."""
+        if list(fold):
+            return
+        with fold:
+            for setting in SETTINGS:
+                if setting.group == group:
+                    self._setting(setting)
+        with self.session.lock:
+            self._show_settings()
 
     def _setting(self, setting: Setting) -> None:
         with ui.element("div").classes("setting"):

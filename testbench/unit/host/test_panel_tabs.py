@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page of the panel shows of the settings: the page is real, the browser is not there."""
+"""What a page of the panel shows of the settings, without a browser."""
 
 import asyncio
 
@@ -7,7 +7,7 @@ from nicegui import ui
 from nicegui.testing import user_simulation
 
 from host.panel.page import build
-from softcore.tables.settings import SETTINGS, named
+from softcore.tables.settings import GROUPS, SETTINGS, named
 from testbench.unit.host.test_panel import SETTING, Script, serve
 
 __all__ = ["serve"]     # a fixture
@@ -43,8 +43,14 @@ async def controls(user):
     await sees(user, "Let go of the controls")
 
 
+def unfold(user, group):
+    """Open the settings of a group."""
+    next(one for one in user.client.elements.values()
+         if isinstance(one, ui.expansion) and one.text == GROUPS[group]).open()
+
+
 def fields(user):
-    """The fields of settings that the page has, by what is before them."""
+    """The fields of settings that the page has."""
     return [one for one in user.client.elements.values()
             if isinstance(one, ui.input) and "inputmode" in one.props]
 
@@ -63,10 +69,13 @@ def test_what_is_not_known_of_the_settings_is_not_shown(serve):
     async def act(user):
         await controls(user)
         await sees(user, "Single block: on", "Dry run: no discharge, cuts at F900")
+        unfold(user, SETTING.group)
+        await sees(user, SETTING.title)
         assert "13" in [field.value for field in fields(user)]
         told(session, {})
         await sees(user, "Single block: ?", UNKNOWN)
         await sees_no_more(user, "no discharge")
+        assert len(fields(user)) > 1
         assert {field.value for field in fields(user)} == {""}
         before = len(wire.lines)
         user.find("Single block: ?").click()    # on or off: nobody knows what it would do
@@ -75,5 +84,38 @@ def test_what_is_not_known_of_the_settings_is_not_shown(serve):
         told(session, KNOWN)
         await sees(user, "Single block: off")
         await sees_no_more(user, UNKNOWN)
+
+    on_page(session, act)
+
+
+def test_settings_are_on_the_page_when_their_group_is_opened(serve):
+    """All at once, on a slow computer the browser is busy so long that the page is given up."""
+    session = serve(Script())
+    told(session, KNOWN)
+    program = [setting for setting in SETTINGS if setting.group == DRY.group]
+
+    async def act(user):
+        await sees(user, *GROUPS.values())
+        assert not fields(user)
+        unfold(user, DRY.group)
+        await sees(user, *(setting.title for setting in program))
+        assert [field.value for field in fields(user)] == [KNOWN[one.number] for one in program]
+        assert not any(field.enabled for field in fields(user))     # nobody has the controls
+        await controls(user)
+        assert all(field.enabled for field in fields(user))
+        unfold(user, SETTING.group)
+        await sees(user, SETTING.title)
+        assert all(field.enabled for field in fields(user))
+        so_many = len(fields(user))
+        assert so_many < len(SETTINGS)
+        opened = [one for one in user.client.elements.values() if isinstance(one, ui.expansion)]
+        for again in opened:
+            if again.value:
+                again.close()
+                again.open()
+        assert len(fields(user)) == so_many
+        for again in opened:
+            again.open()
+        assert len(fields(user)) == len(SETTINGS)
 
     on_page(session, act)
