@@ -4,7 +4,8 @@
 A page of another site may make a browser send requests here, and a name of another site may be made
 to lead here. So the Host must be this computer, and the Origin, if one is sent, must be the panel
 itself. Beyond this computer a token is needed too: the first request has it behind ``?token=``, and
-a cookie has it from then on.
+a cookie has it from then on. No page may frame the panel: else one of another site could lay it
+invisibly under its own buttons.
 """
 
 import hmac
@@ -18,6 +19,8 @@ from urllib.parse import parse_qs, quote, urlsplit
 __all__ = ["COOKIE", "Gate", "is_local"]
 
 COOKIE = "gapkeeper_panel"
+_FRAME = b"x-frame-options"
+_ALONE = ((_FRAME, b"DENY"), (b"content-security-policy", b"frame-ancestors 'none'"))
 _LOCAL = ("localhost", "127.0.0.1", "::1")
 
 Message = MutableMapping[str, Any]
@@ -45,6 +48,8 @@ def _host_of(address: str) -> str | None:
 class Gate:
     """An ASGI application in front of another one; it refuses what must not come in.
 
+    Every answer tells the browser that nobody may frame it.
+
     Parameters
     ----------
     app : callable
@@ -65,6 +70,7 @@ class Gate:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
+        send = _alone(send)
         headers = {name.decode("latin-1").lower(): value.decode("latin-1")
                    for name, value in scope["headers"]}
         query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
@@ -118,6 +124,17 @@ class Gate:
         await send({"type": "http.response.start", "status": 403,
                     "headers": [(b"content-type", b"text/plain; charset=utf-8")]})
         await send({"type": "http.response.body", "body": f"{why}\n".encode()})
+
+
+def _alone(send: Send) -> Send:
+    """Answers with the headers that forbid a frame around them."""
+    async def sends(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = [one for one in message.get("headers", ()) if one[0].lower() != _FRAME]
+            message = {**message, "headers": [*headers, *_ALONE]}   # policies add up
+        await send(message)
+
+    return sends
 
 
 def _cookie(headers: dict[str, str]) -> str:

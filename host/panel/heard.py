@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the controller has said so far, as the panel shows it."""
 
+import re
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +13,7 @@ from host.run import events
 from host.run.events import Event
 from host.tape.start import INTERRUPTED, LAST, STARTS_AT
 from softcore.tables.conditions import CONDITIONS, IP_MA
-from softcore.tables.settings import named
+from softcore.tables.settings import FIRST, named, of_number
 
 __all__ = ["CLASSES", "MOTION", "STATES", "Heard", "Sample", "condition_words", "on_beginning",
            "sentence"]
@@ -34,6 +35,8 @@ MOTION = ("at the front", "coming to rest", "retracting", "at the limit, still s
           "forward again, fast", "forward again, slowly", "halted")
 FEED_MODES = {"1": "servo steps by counted pulses", "2": "speed by the mean gap voltage",
               "3": "constant removal, by the voltage", "4": "constant removal, by the ratio"}
+_ASSIGNED = re.compile(r"\$(\d+)=(\d+)")
+_CHANGES = re.compile(r"\$(\d|RST=(?!#))")     # lines that change settings
 _CAUSES = {"short": "a short", "jump": "a periodic jump", "operator": "the operator's order"}
 _REASONS = {"cleared": "the short is over", "limit": "the limit is reached",
             "path_start": "the start of the path is reached"}
@@ -62,7 +65,8 @@ class Heard:
     """Everything heard, from ``hear``; ``scale`` is that of the tape. Places are in mm.
 
     ``fields`` are those of the last status report. ``trail`` has the places so far in the frame of
-    the program, ``record`` every event with its sentence, oldest first.
+    the program, ``record`` every event with its sentence, oldest first. ``settings`` has what is
+    known to be in force; if ``unlisted``, the list of settings must be asked for.
     """
 
     scale: events.Scale
@@ -71,6 +75,7 @@ class Heard:
     samples: deque[Sample] = field(default_factory=lambda: deque(maxlen=SAMPLES))
     record: deque[tuple[Event, str]] = field(default_factory=lambda: deque(maxlen=KEPT))
     settings: dict[int, str] = field(default_factory=dict)
+    unlisted: bool = False
     retractions: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_CAUSES, 0))
     modal: str = ""             # words of $G
     feed_mode: str = ""         # P of the last G95
@@ -105,6 +110,24 @@ class Heard:
         elif text.startswith(GREETING):
             self.starts += 1
             self.feed_mode = ""
+
+    def answered(self, line: str, answer: str | None) -> None:
+        """Take what the answer to a line, None if it gets none, tells of the settings in force.
+
+        A setting that was taken has the value that it was given. Else nothing is known any more,
+        unless the line was refused or changes no setting.
+        """
+        refused = answer is not None and answer.startswith("error:")
+        if line == "$$" and (refused or answer == "ok"):
+            self.unlisted = False
+        elif _CHANGES.match(line) and not refused:
+            given = _ASSIGNED.fullmatch(line)
+            if answer == "ok" and given and _is_own(int(given[1]), int(given[2])):
+                self.settings = {number: value for number, value in self.settings.items()
+                                 if number >= FIRST}    # those of grbl follow from the others
+                self.settings[int(given[1])] = str(int(given[2]))
+            else:
+                self.settings, self.unlisted = {}, True
 
     @property
     def state(self) -> str:
@@ -207,6 +230,12 @@ class Heard:
         if self.alarm is None or self.alarm[0] != code or text:
             self.alarm = code, text or self.message or alarms.sentence(code)
         self.ended = "alarm"
+
+
+def _is_own(number: int, value: int) -> bool:
+    """Whether a setting is one of ours, with a value in its range."""
+    setting = of_number(number)
+    return setting is not None and setting.lowest <= value <= setting.highest
 
 
 def on_beginning(message: str) -> str:

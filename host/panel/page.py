@@ -122,6 +122,7 @@ class Page:
 
     def locked(self, element: Any) -> Any:
         """Grey an element on a page that watches; return it."""
+        element.set_enabled(self._was.get("mine", False))
         self._locked.append(element)
         return element
 
@@ -234,7 +235,6 @@ class Page:
                      ("The position is true", "line", "$POSITION=HERE")]):
                 button = ui.button(title, color=None, on_click=lambda order=order, words=words:
                                    self.order(order, *words)).props("no-caps").classes("plain")
-                button.set_enabled(self.session.sharing.holder == self.name)
                 self.locked(button)
 
     def _show_facts(self) -> None:

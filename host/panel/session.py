@@ -362,7 +362,9 @@ class Session:
         if rests or waited > STOP_S:
             self._stop_s = None
             self._controller.press(RESET)
-            self._sent = None
+            if self._sent is not None:
+                self.heard.answered(self._sent.text, self._sent.answer)
+                self._sent = None
             self.scope.lost()
             if self.running:
                 self.running = False
@@ -435,6 +437,8 @@ class Session:
             self._send(self._hand.take())
         elif self._jog is not None or self._stop_s is not None:
             return
+        elif self.heard.unlisted and self._touch is None and not self._tuner:
+            self._send("$$")
         elif now - self._modes_s > MODES_S:
             self._modes_s = now
             self._send(_OWN)
@@ -453,9 +457,8 @@ class Session:
             self.scope.answered(sent.answer, self._sent_said, self._clock())
             return
         self._hand.answered()
+        self.heard.answered(sent.text, sent.answer)
         if sent.answer == "ok":
-            if sent.text.startswith("$") and "=" in sent.text and sent.text[1:2].isdecimal():
-                self._hand.add("$$")
             if self._touch is None and not sent.text.startswith(("$J=", "$$", _OWN)):
                 self.tell(f"{sent.text}: ok")
             return

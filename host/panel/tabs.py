@@ -105,8 +105,11 @@ class Tabs:
         self.dry = ui.label().classes("alarm-title").props('data-testid="dry"')
 
     def _turn(self, setting: Setting) -> None:
-        on = self.session.heard.settings.get(setting.number, "0") != "0"
-        self.page.order("line", f"${setting.number}={int(not on)}")
+        told = self.session.heard.settings.get(setting.number)
+        if told is None:
+            ui.notify("It is not known yet whether this is on.", type="warning", position="top")
+        else:
+            self.page.order("line", f"${setting.number}={int(told == '0')}")
 
     def _show_switches(self) -> None:
         settings = self.session.heard.settings
@@ -115,9 +118,10 @@ class Tabs:
             if self.page.changed(f"switch {number}", told):
                 button.set_text(f"{SWITCHES[setting.name]}: "
                                 f"{'on' if told == '1' else 'off' if told else '?'}")
-        feed = settings.get(named("dry_run_mm_min").number, "0")
+        feed = settings.get(named("dry_run_mm_min").number, "")
         if self.page.changed("dry", feed):
-            self.dry.set_text(f"Dry run: no discharge, cuts at F{feed}" if feed != "0" else "")
+            self.dry.set_text("" if feed == "0" else "Dry run: not known yet" if not feed else
+                              f"Dry run: no discharge, cuts at F{feed}")
 
     async def _choose(self, path: Path) -> None:
         try:
@@ -200,10 +204,19 @@ class Tabs:
                 'dense dense-toggle data-testid="tune-card"').style("width:100%"):
             self.tune = TuneCard(self.page)
         for group, heading in GROUPS.items():
-            with ui.expansion(heading).props("dense dense-toggle").style("width:100%"):
-                for setting in SETTINGS:
-                    if setting.group == group:
-                        self._setting(setting)
+            fold = ui.expansion(heading).props("dense dense-toggle").style("width:100%")
+            fold.on_value_change(lambda _, group=group, fold=fold: self._unfold(group, fold))
+
+    def _unfold(self, group: str, fold: ui.expansion) -> None:
+        """Put the fields of a group onto the page, once: all at once keep a browser for seconds."""
+        if list(fold):
+            return
+        with fold:
+            for setting in SETTINGS:
+                if setting.group == group:
+                    self._setting(setting)
+        with self.session.lock:
+            self._show_settings()
 
     def _setting(self, setting: Setting) -> None:
         with ui.element("div").classes("setting"):
@@ -224,9 +237,11 @@ class Tabs:
         self.page.order("line", f"${setting.number}={text}")
 
     def _show_settings(self) -> None:
-        for number, value in self.session.heard.settings.items():
-            if number in self._values and self.page.changed(f"${number}", value):
-                self._values[number].set_value(value)
+        settings = self.session.heard.settings
+        for number, field in self._values.items():
+            told = settings.get(number, "")     # empty: not known
+            if self.page.changed(f"${number}", told):
+                field.set_value(told)
 
     # ---- record
 

@@ -152,7 +152,7 @@ def test_a_line_that_has_just_been_taken_counts_as_motion(serve, leaves):
 @pytest.mark.parametrize("line", ["G01 X1 F600", "$408=12"])
 def test_a_machine_at_rest_is_not_held(serve, leaves, line):
     wire = Script()
-    session = begun(serve, wire, line, sent=1 if line.startswith("G") else 2)
+    session = begun(serve, wire, line)
     end = time.monotonic() + REPORTS_S
     until(lambda: time.monotonic() > end, lambda: session.seen("a"))
     getattr(session, leaves)("a")

@@ -15,6 +15,7 @@ from host.panel.outline import Outline, outline
 from host.panel.panel import _introduction, panel
 
 TOKEN = "a-token"
+ALONE = [(b"content-security-policy", b"frame-ancestors 'none'"), (b"x-frame-options", b"DENY")]
 SVG_LINES = "planned", "trail", "now"
 
 
@@ -48,6 +49,12 @@ def passes(gate, kind="http", query="", **headers):
                else said[0]["type"] == "websocket.close")
     assert refused
     return False
+
+
+def framing_of(start):
+    """Headers of an answer that tell who may frame it."""
+    return sorted((name.lower(), value) for name, value in start["headers"]
+                  if name.lower() in (b"x-frame-options", b"content-security-policy"))
 
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])
@@ -106,6 +113,35 @@ def test_the_token_leads_to_a_place_of_this_panel_only(path, leads):
     start, _ = ask(Gate(behind, token=TOKEN), path=path, query=f"token={TOKEN}",
                    host="192.168.1.5:8080")
     assert dict(start["headers"])[b"location"] == leads
+
+
+@pytest.mark.parametrize(("query", "host", "status"), [
+    ("", "127.0.0.1:8080", 403), (f"token={TOKEN}", "127.0.0.1:8080", 303),
+    ("", "evil.example", 403)])
+def test_no_answer_of_the_gate_may_be_framed(query, host, status):
+    """Another site could lay the panel invisibly under its own buttons."""
+    start, _ = ask(Gate(behind, token=TOKEN), query=query, host=host)
+    assert start["status"] == status
+    assert framing_of(start) == ALONE
+
+
+@pytest.mark.parametrize("own", [[], [(b"X-Frame-Options", b"SAMEORIGIN"), (b"x-other", b"1")]])
+def test_no_page_behind_the_gate_may_be_framed(own):
+    async def answers(_scope, _receive, send):
+        await send({"type": "http.response.start", "status": 200, "headers": own})
+        await send({"type": "http.response.body", "body": b"page"})
+
+    start, body = ask(Gate(answers), host="127.0.0.1:8080")
+    assert framing_of(start) == ALONE
+    assert (b"x-other", b"1") in start["headers"] or not own
+    assert body["body"] == b"page"
+
+
+def test_a_websocket_comes_through_the_gate_as_it_is():
+    async def accepts(_scope, _receive, send):
+        await send({"type": "websocket.accept"})
+
+    assert ask(Gate(accepts), "websocket", host="127.0.0.1:8080") == [{"type": "websocket.accept"}]
 
 
 def test_addresses_of_this_computer_alone_are_told_from_others():
