@@ -51,10 +51,10 @@ class BoardBudget:
 BUDGETS: dict[str, BoardBudget] = {
         "ulx3s": BoardBudget(luts=26_285, lut4=15_553, ccu2c=4026, ff=13_251, ram=198, bram=151,
                          dsp=4, mhz=47.3),
-        "ulx3s_45f": BoardBudget(luts=26_328, lut4=15_606, ccu2c=4021, ff=13_252, ram=198, bram=107,
-                             dsp=4, mhz=53.5),
-        "colorlight_i9": BoardBudget(luts=26_315, lut4=15_587, ccu2c=4022, ff=13_252, ram=198,
-                                 bram=107, dsp=4, mhz=51.6),
+        "ulx3s_45f": BoardBudget(luts=28_356, lut4=16_498, ccu2c=4505, ff=14_071, ram=198, bram=107,
+                             dsp=4, mhz=51.4),
+        "colorlight_i9": BoardBudget(luts=28_422, lut4=16_572, ccu2c=4501, ff=14_102, ram=198,
+                                 bram=107, dsp=4, mhz=52.9),
 }
 
 
