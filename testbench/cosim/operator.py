@@ -29,7 +29,7 @@ from softcore.tables.states import MOTION
 from testbench.cosim.job import MM, Job
 from testbench.native.station import Session
 
-__all__ = ["FaultError", "Operator", "operate"]
+__all__ = ["JOG_CANCEL", "FaultError", "Operator", "operate"]
 
 AXES = "xyz"
 LIMIT_MM = 2.0          # soft limit of every axis, on both sides of the start
@@ -341,7 +341,10 @@ class Operator:
         self.orders.append(Order(self.link.send_line(word), [0] * 3, [0] * 3))
 
     def _cancel(self):
-        """A cancel stops the jogs that were taken; one that is still to come is another order."""
+        """Cancel a jog, if there is one: those that were taken stop, one still to come is new."""
+        if self.rng.random() < 0.5:
+            self._jog()
+            self.pass_time(10 ** self.rng.uniform(-2, -0.5))
         self.link.realtime(JOG_CANCEL)
         if self.orders and all(order.jog and order.sent.answer == "ok" for order in self.orders):
             self.acts["cancelled"] += 1
@@ -403,6 +406,7 @@ class Operator:
             self._hold()
             self.pass_time(10 ** self.rng.uniform(-2, -0.5))
         for _ in range(self.rng.randint(1, 4)):
+            self._settle()      # a machine that has nothing to do has no way back either
             self.back = True
             self._send(f"$WALK={10 ** self.rng.uniform(-3, 0.5):.4f}")
             order = self.orders[-1]
