@@ -49,8 +49,8 @@ class BoardBudget:
 
 
 BUDGETS: dict[str, BoardBudget] = {
-        "ulx3s": BoardBudget(luts=26_285, lut4=15_553, ccu2c=4026, ff=13_251, ram=198, bram=151,
-                         dsp=4, mhz=47.3),
+        "ulx3s": BoardBudget(luts=28_359, lut4=16_485, ccu2c=4511, ff=14_070, ram=198, bram=151,
+                         dsp=4, mhz=50.1),
         "ulx3s_45f": BoardBudget(luts=28_356, lut4=16_498, ccu2c=4505, ff=14_071, ram=198, bram=107,
                              dsp=4, mhz=51.4),
         "colorlight_i9": BoardBudget(luts=28_422, lut4=16_572, ccu2c=4501, ff=14_102, ram=198,
