@@ -343,6 +343,7 @@ class Operator:
     def _cancel(self):
         """Cancel a jog, if there is one: those that were taken stop, one still to come is new."""
         if self.rng.random() < 0.5:
+            self.recover()      # a machine that is locked or held takes none
             self._jog()
             self.pass_time(10 ** self.rng.uniform(-2, -0.5))
         self.link.realtime(JOG_CANCEL)
