@@ -279,6 +279,8 @@ class Session:
             self.tuning.run(self._controller, self._measures_on)
         except UserError as error:
             self.tell(str(error))
+            with self.lock:     # perhaps not every setting could be put back
+                self.heard.settings, self.heard.unlisted = {}, True
         finally:
             self._tuner = ""
 

@@ -47,6 +47,7 @@ class Tabs:
     def __init__(self, page: Frame, tapes: list[Path]) -> None:
         self.page, self.session = page, page.session
         self._values: dict[int, Any] = {}
+        self._given: dict[int, str] = {}    # lines that set them and are not yet answered
         with ui.tabs().props("dense no-caps align=justify") as tabs:
             names = [ui.tab(name) for name in ("Tape", "Jog", "Touch", "Line", "Settings", "Record",
                                                "Gap")]
@@ -234,14 +235,20 @@ class Tabs:
             ui.notify(f"${setting.number} must be a whole number, {setting.lowest} to "
                       f"{setting.highest}.", type="warning", position="top")
             return
-        self.page.order("line", f"${setting.number}={text}")
+        line = f"${setting.number}={text}"
+        if self.page.order("line", line):
+            self._given[setting.number] = line
 
     def _show_settings(self) -> None:
         settings = self.session.heard.settings
         for number, field in self._values.items():
             told = settings.get(number, "")     # empty: not known
-            if self.page.changed(f"${number}", told):
+            line = self._given.get(number)
+            answered = line is not None and not self.session.pending(line)
+            if self.page.changed(f"${number}", told) or answered:
                 field.set_value(told)
+            if answered:
+                del self._given[number]
 
     # ---- record
 

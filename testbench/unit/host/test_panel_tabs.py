@@ -4,7 +4,7 @@
 import asyncio
 
 from nicegui import ui
-from nicegui.testing import user_simulation
+from nicegui.testing import UserInteraction, user_simulation
 
 from host.panel.page import build
 from softcore.tables.settings import GROUPS, SETTINGS, named
@@ -117,5 +117,32 @@ def test_settings_are_on_the_page_when_their_group_is_opened(serve):
         for again in opened:
             again.open()
         assert len(fields(user)) == len(SETTINGS)
+
+    on_page(session, act)
+
+
+def test_a_field_whose_value_is_refused_shows_what_is_in_force(serve):
+    """Else a setting is believed that the controller has not taken."""
+    wire = Script()
+    session = serve(wire)
+    wire.refuses = f"${SETTING.number}="
+    told(session, KNOWN)
+    given = str(int(KNOWN[SETTING.number]) + 1)
+
+    async def act(user):
+        await controls(user)
+        unfold(user, SETTING.group)
+        await sees(user, SETTING.title)
+        places = [setting.number for setting in SETTINGS if setting.group == SETTING.group]
+        field = fields(user)[places.index(SETTING.number)]
+        assert field.value == KNOWN[SETTING.number]
+        field.set_value(given)
+        UserInteraction(user, {field}, None).trigger("keydown.enter")
+        await sees(user, f"${SETTING.number}={given} is refused")
+        for _ in range(TRIES):
+            if field.value == KNOWN[SETTING.number]:
+                break
+            await asyncio.sleep(0.1)
+        assert field.value == KNOWN[SETTING.number]
 
     on_page(session, act)

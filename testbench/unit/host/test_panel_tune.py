@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from host.errors import UserError
 from host.panel import tuning as panel_tuning
 from host.panel.job import Job
 from host.panel.tuning import Tuning
@@ -52,6 +53,24 @@ def test_a_measurement_that_waits_is_not_begun_after_a_stop(serve):
     until(lambda: time.monotonic() > end, lambda: session.seen("a"))
     assert BEGUN not in wire.lines
     assert len(session.tuning.told) == 0
+
+
+def test_after_a_measurement_that_broke_off_the_settings_are_asked_for(serve):
+    """A setting that it could not put back is shown as it is."""
+    class Broken(Tuning):
+        def run(self, link, tend):
+            raise UserError("this drive is not measured.")
+
+    wire = Script()
+    session = serve(wire)
+    session.take("a")
+    with session.lock:
+        session.heard.settings = {1: "5"}
+    before = wire.lines.count("$$")
+    assert session.order("a", "tune", Broken("X+", 1.0)) == ""
+    until(lambda: wire.lines.count("$$") > before, lambda: session.seen("a"))
+    assert session.heard.settings == {}
+    assert "This drive is not measured." in [text for _, text in session.notices]
 
 
 def test_a_fault_in_the_calculation_is_told(monkeypatch):
