@@ -73,7 +73,9 @@ def verilog(clock_hz: int, progress: Progress, options: Options = USUAL) -> list
     def build(folder):
         progress("writing the controller as Verilog")
         tools.use_packaged()
-        for index, text in enumerate(top.simulation_verilog(clock_hz, **options)):
+        with compiling.uncollected():
+            texts = top.simulation_verilog(clock_hz, **options)
+        for index, text in enumerate(texts):
             (folder / f"controller_{index}.v").write_text(verilated.in_loops(text))
 
     key = compiling.digest(top.digest(), clock_hz, version("amaranth"), *options.items(),

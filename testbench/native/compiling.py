@@ -2,16 +2,19 @@
 """Running compilers, and keeping their results by the digest of the inputs."""
 
 import fcntl
+import gc
 import hashlib
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 from testbench import tools
 
-__all__ = ["BUILD", "BuildError", "digest", "kept", "link", "objects", "run", "verilate"]
+__all__ = ["BUILD", "BuildError", "digest", "kept", "link", "objects", "run", "uncollected",
+           "verilate"]
 
 BUILD = Path(__file__).parents[2] / "build" / "native"
 
@@ -50,6 +53,22 @@ def digest(*words, sources: Iterable[Path] = ()) -> str:
     for path in sources:
         total.update(path.name.encode() + b"\0" + path.read_bytes())
     return total.hexdigest()[:16]
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Search for no garbage.
+
+    An elaboration makes hundreds of thousands of objects that live to its end: to look for garbage
+    among them again and again takes a third of its time.
+    """
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
 
 
 def kept(folder: Path, build: Callable[[Path], None]) -> Path:

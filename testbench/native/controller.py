@@ -82,7 +82,8 @@ def flatten(folder: Path, clock_hz: int, **options) -> None:
     testbench.native.compiling.BuildError
         If Yosys fails.
     """
-    netlist, processor, gate = top.simulation_netlist(clock_hz, **options)
+    with compiling.uncollected():
+        netlist, processor, gate = top.simulation_netlist(clock_hz, **options)
     (folder / "controller.il").write_text(netlist)
     (folder / "processor.v").write_text(processor)
     (folder / "gate.v").write_text(gate)
