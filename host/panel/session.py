@@ -278,9 +278,9 @@ class Session:
         try:
             self.tuning.run(self._controller, self._measures_on)
         except UserError as error:
-            self.tell(str(error))
             with self.lock:     # perhaps not every setting could be put back
                 self.heard.settings, self.heard.unlisted = {}, True
+            self.tell(str(error))
         finally:
             self._tuner = ""
 
