@@ -131,6 +131,7 @@ class Operator:
         self.moved = 0
         self.limit = LIMIT_MM
         self.latched = False
+        self.unlocks: Sent | None = None    # the last unlocking
         self.ask_at = 0
         self._connect()
 
@@ -268,8 +269,12 @@ class Operator:
         getattr(self, f"_{kind}")()
 
     def _settle(self):
-        """Wait until a reset has had its effect: what is ordered now is ordered after it."""
+        """Wait until a reset or an unlocking has had its effect: an order comes after it."""
         while self.reset_at is not None:
+            self.pass_time(SLICE_S)
+        end = self.session.cycle + round(STOPS_S * self.session.clock_hz)
+        while (self.latched and self.unlocks is not None and self.unlocks.answer is None
+               and self.session.cycle < end):
             self.pass_time(SLICE_S)
         # A line that is on its way when the greeting comes would be out of sequence from then on.
         end = self.session.cycle + round(STOPS_S * self.session.clock_hz)
@@ -392,6 +397,7 @@ class Operator:
 
     def _unlock(self):
         self._send("$X")
+        self.unlocks = self.orders[-1].sent
 
     def _short(self):
         self.held = self.stop_at = None
