@@ -9,7 +9,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from host import alarms
-from host.run import clearing
+from host.run import clearing, figures
 from host.run.events import Event
 from host.run.retractions import Retraction, collect, most_telling
 from host.run.run import VOLTAGE
@@ -160,8 +160,6 @@ def render(*, title: str, listing: Sequence[tuple[int, str]], machine: str,
     run's folder. There is a view from above if X or Y has moved. Columns that the trace lacks, as
     it does for a controller at a port, are not drawn.
     """
-    from host.run import figures  # takes a second to import; see ``host.run.session``
-
     lateral = any(np.ptp(trace[axis]) > MOVED_MM for axis in "xy" if len(trace[axis]))
     wire = bool(plan) or parameters.get("kind") == "wire"
     axes = "xy" if wire else "z"

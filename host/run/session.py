@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from types import FrameType
 
@@ -69,8 +68,6 @@ def run_tape(path: Path, *, machine: str | None, seed: int, waves: bool, folder:
     chosen = given or _chosen(tape, console)
     clock_hz = clock_hz or chosen.clock_hz
     begin, zero = _begin(folder, tape, start)
-    # What draws the report takes a second to import: meanwhile the machine is switched on and runs.
-    threading.Thread(target=import_module, args=("host.run.figures",), daemon=True).start()
     with console.status("starting") as status:
         machine_on = simulation.start(chosen, clock_hz=clock_hz, seed=seed,
                                       progress=lambda text: _say(console, status, text),
