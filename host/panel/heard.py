@@ -27,7 +27,7 @@ STATES = {
     "Run": "a program runs, an axis moves, or the discharge is on",
     "Hold:0": "held, at rest; resume goes on",
     "Hold:1": "held; still coming to rest, or retracting",
-    "Jog": "an axis moves as long as its button is pressed",
+    "Jog": "an axis moves: as long as its button is pressed, or as a line has told it",
     "Home": "an axis looks for its reference",
     "Alarm": "locked, or the position is not known; nothing moves",
 }
@@ -270,7 +270,7 @@ def sentence(event: Event) -> str:
         case "program_end":
             return "The program has ended."
         case "pause":
-            return "Programmed stop (M00): resume goes on."
+            return "The program waits: resume goes on."
         case "retraction_start":
             return f"Retraction: {_CAUSES[told['cause']]}."
         case "retraction_end":

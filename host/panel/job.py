@@ -13,9 +13,9 @@ __all__ = ["Job"]
 
 @dataclass(frozen=True)
 class Job:
-    """A tape that has been chosen: its file's name, its bytes, its lines and their outline."""
+    """A tape that has been chosen: its file, its bytes, its lines and their outline."""
 
-    name: str
+    path: Path
     tape: Tape
     lines: list[str]
     outline: Outline
@@ -35,4 +35,4 @@ class Job:
         except OSError as error:
             raise UserError(f"{path.name} cannot be read: {error.strerror}.") from error
         lines = text.splitlines()
-        return cls(path.name, tape, lines, outline(lines))
+        return cls(path, tape, lines, outline(lines))

@@ -63,11 +63,13 @@ class Tabs:
     # ---- tape
 
     def _tape(self, tapes: list[Path]) -> None:
-        known = {str(path): path.stem for path in tapes}
-        choose = ui.select(known, label="tape", with_input=True, on_change=lambda event:
-                           self._choose(Path(event.value))).props(
-                               'dense outlined data-testid="choose"').style("width:100%")
-        self.page.locked(choose)
+        self._known = {str(path): path.stem for path in tapes}
+        self._reads: Path | None = None     # the tape that is being read
+        self.choose = ui.select(self._known, label="tape", with_input=True,
+                                on_change=self._chosen).props(
+                                    'dense outlined data-testid="choose"').style("width:100%")
+        self.page.locked(self.choose)
+        self.named = ui.label().classes("soft").props('data-testid="named"')
         with ui.row().style("gap:8px;margin:8px 0;width:100%;flex-wrap:nowrap"):
             for title, order, kind in (("Start", "run", "key-resume"), ("Arm", "arm", "key-hold")):
                 button = ui.button(title, color=None, on_click=self._run if order == "run" else
@@ -88,6 +90,9 @@ class Tabs:
 
     def _run(self) -> None:
         wanted, job = (self.begin.value or "").strip(), self.session.job
+        if self._reads is not None:
+            ui.notify(f"{self._reads.name} is still being read.", type="warning", position="top")
+            return
         try:
             self.page.order("run", LAST if wanted.lower() == LAST else
                             block_of(job.tape, wanted) if wanted and job else 1)
@@ -124,13 +129,39 @@ class Tabs:
             self.dry.set_text("" if feed == "0" else "Dry run: not known yet" if not feed else
                               f"Dry run: no discharge, cuts at F{feed}")
 
+    async def _chosen(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        if event.value == self._in_force():     # given up what is being read
+            self._reads = None
+            self._show_name()
+        elif event.value is not None:
+            await self._choose(Path(event.value))
+
+    def _in_force(self) -> str | None:
+        """What the field of the tape shows of the one that is in force; None if it was uploaded."""
+        path = str(self.session.job.path) if self.session.job else ""
+        return path if path in self._known else None
+
     async def _choose(self, path: Path) -> None:
+        """Read a tape and put it in force, unless another has been chosen meanwhile."""
+        self._reads = path
+        self._show_name()
         try:
             job = await run.io_bound(Job.of, path)
+            if self._reads is path:
+                self.page.order("choose", job)
         except UserError as error:
             ui.notify(str(error), type="warning", position="top")
-            return
-        self.page.order("choose", job)
+        if self._reads is path:
+            self._reads = None
+            self._show_name()
+
+    def _show_name(self) -> None:
+        """Name the tape that is in force, which a refused choice leaves there."""
+        job = self.session.job
+        self.named.set_text(f"{self._reads.name} is being read" if self._reads is not None else
+                            f"in force: {job.path.name}" if job else "")
+        if self._reads is None:
+            self.choose.set_value(self._in_force())
 
     async def _upload(self, event: events.UploadEventArguments) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -140,6 +171,8 @@ class Tabs:
 
     def _show_tape(self) -> None:
         job, line = self.session.job, self.session.heard.line
+        if self.page.changed("job", job):
+            self._show_name()
         if not self.page.changed("tape", (job, line)):
             return
         if job is None:
@@ -230,14 +263,16 @@ class Tabs:
         self._values[setting.number] = self.page.locked(field)
 
     def _enter(self, setting: Setting) -> None:
-        text = str(self._values[setting.number].value or "").strip()
+        field = self._values[setting.number]
+        text = str(field.value or "").strip()
+        line = f"${setting.number}={text}"
         if not (text.isdecimal() and setting.lowest <= int(text) <= setting.highest):
             ui.notify(f"${setting.number} must be a whole number, {setting.lowest} to "
                       f"{setting.highest}.", type="warning", position="top")
-            return
-        line = f"${setting.number}={text}"
-        if self.page.order("line", line):
+        elif self.page.order("line", line):
             self._given[setting.number] = line
+            return
+        field.set_value(self.session.heard.settings.get(setting.number, ""))
 
     def _show_settings(self) -> None:
         settings = self.session.heard.settings

@@ -3,6 +3,7 @@
 
 import asyncio
 
+import pytest
 from nicegui import ui
 from nicegui.testing import UserInteraction, user_simulation
 
@@ -143,6 +144,28 @@ def test_a_field_whose_value_is_refused_shows_what_is_in_force(serve):
             if field.value == KNOWN[SETTING.number]:
                 break
             await asyncio.sleep(0.1)
+        assert field.value == KNOWN[SETTING.number]
+
+    on_page(session, act)
+
+
+@pytest.mark.parametrize(("typed", "why"), [
+    ("21", "The drives are being measured"), ("99999999", "must be a whole number")])
+def test_a_field_whose_value_the_panel_refuses_shows_what_is_in_force(serve, typed, why):
+    session = serve(Script())
+    told(session, KNOWN)
+
+    async def act(user):
+        await controls(user)
+        unfold(user, SETTING.group)
+        await sees(user, SETTING.title)
+        places = [setting.number for setting in SETTINGS if setting.group == SETTING.group]
+        field = fields(user)[places.index(SETTING.number)]
+        session._tuner = "another"
+        field.set_value(typed)
+        UserInteraction(user, {field}, None).trigger("keydown.enter")
+        assert any(why in told for told in user.notify.messages)
+        session._tuner = ""
         assert field.value == KNOWN[SETTING.number]
 
     on_page(session, act)
