@@ -21,7 +21,7 @@ from softcore.tables.settings import GROUPS, SETTINGS, Setting, named
 __all__ = ["Tabs", "field_text", "html"]
 
 MINUS = "\N{MINUS SIGN}"
-BEFORE, SHOWN = 5, 24   # lines of the tape before the block under way, and in all
+BEFORE, SHOWN = 2, 24   # lines of the tape before the block under way, and in all
 RECENT = 60         # rows of the record on the page
 LARGEST = 4 << 20   # bytes of a tape that is uploaded
 # Switches of the operator beside the tape, by the names of their settings.
@@ -107,7 +107,7 @@ class Tabs:
                                    self._turn(setting)).props(
                                        f'no-caps dense data-testid="{setting.name}"')
                 self._states[setting.number] = setting, self.page.locked(
-                    button.classes("plain").style("flex:1"))
+                    button.classes("plain switch"))
         self.dry = ui.label().classes("alarm-title").props('data-testid="dry"')
 
     def _turn(self, setting: Setting) -> None:
@@ -126,6 +126,7 @@ class Tabs:
                                 f"{'on' if told == '1' else 'off' if told else '?'}")
         feed = settings.get(named("dry_run_mm_min").number, "")
         if self.page.changed("dry", feed):
+            self.dry.set_visibility(feed != "0")
             self.dry.set_text("" if feed == "0" else "Dry run: not known yet" if not feed else
                               f"Dry run: no discharge, cuts at F{feed}")
 
@@ -178,7 +179,7 @@ class Tabs:
         if job is None:
             self.listing.set_content('<div class="note">No tape is chosen.</div>')
             return
-        first = max(0, min(line - 1 - BEFORE, len(job.lines) - SHOWN))
+        first = max(0, line - 1 - BEFORE)
         shown = job.lines[first:first + SHOWN]
         self.listing.set_content("".join(
             f'<div class="{"now" if number == line else "note" if text.startswith("(") else ""}">'

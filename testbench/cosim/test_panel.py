@@ -147,7 +147,9 @@ def test_a_run_is_begun_held_resumed_retracted_and_ended_while_a_second_page_wat
     expect(element(second, "tape")).to_contain_text("SINK SERVO")
     element(page, "run").click()
     expect(state).to_have_text("Run")
-    expect(element(second, "tape").locator(".now")).to_contain_text("G01 Z-0.25")
+    under_way = element(second, "tape").locator(".now")
+    expect(under_way).to_contain_text("G01 Z-0.25")
+    expect(under_way).to_be_in_viewport(ratio=0.9)
 
     element(page, "hold").click()
     expect(state).to_have_text("Hold:0")
