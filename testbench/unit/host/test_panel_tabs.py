@@ -56,6 +56,24 @@ def fields(user):
             if isinstance(one, ui.input) and "inputmode" in one.props]
 
 
+async def field_of_setting(user):
+    """Take the controls, and open the field of ``SETTING``, the first that is opened."""
+    await controls(user)
+    unfold(user, SETTING.group)
+    await sees(user, SETTING.title)
+    places = [setting.number for setting in SETTINGS if setting.group == SETTING.group]
+    return fields(user)[places.index(SETTING.number)]
+
+
+async def comes(condition):
+    """Wait until a condition holds."""
+    for _ in range(TRIES):
+        if condition():
+            return
+        await asyncio.sleep(0.1)
+    raise AssertionError("it has not happened in time")
+
+
 def told(session, settings):
     with session.lock:
         session.heard.settings = dict(settings)
@@ -131,20 +149,12 @@ def test_a_field_whose_value_is_refused_shows_what_is_in_force(serve):
     given = str(int(KNOWN[SETTING.number]) + 1)
 
     async def act(user):
-        await controls(user)
-        unfold(user, SETTING.group)
-        await sees(user, SETTING.title)
-        places = [setting.number for setting in SETTINGS if setting.group == SETTING.group]
-        field = fields(user)[places.index(SETTING.number)]
+        field = await field_of_setting(user)
         assert field.value == KNOWN[SETTING.number]
         field.set_value(given)
         UserInteraction(user, {field}, None).trigger("keydown.enter")
         await sees(user, f"${SETTING.number}={given} is refused")
-        for _ in range(TRIES):
-            if field.value == KNOWN[SETTING.number]:
-                break
-            await asyncio.sleep(0.1)
-        assert field.value == KNOWN[SETTING.number]
+        await comes(lambda: field.value == KNOWN[SETTING.number])
 
     on_page(session, act)
 
@@ -156,11 +166,7 @@ def test_a_field_whose_value_the_panel_refuses_shows_what_is_in_force(serve, typ
     told(session, KNOWN)
 
     async def act(user):
-        await controls(user)
-        unfold(user, SETTING.group)
-        await sees(user, SETTING.title)
-        places = [setting.number for setting in SETTINGS if setting.group == SETTING.group]
-        field = fields(user)[places.index(SETTING.number)]
+        field = await field_of_setting(user)
         session._tuner = "another"
         field.set_value(typed)
         UserInteraction(user, {field}, None).trigger("keydown.enter")

@@ -12,7 +12,7 @@ from nicegui.testing import user_simulation
 from host.panel.job import Job
 from host.panel.page import build
 from testbench.unit.host.test_panel import Script, serve
-from testbench.unit.host.test_panel_tabs import TRIES, controls, sees, sees_no_more
+from testbench.unit.host.test_panel_tabs import comes, controls, sees, sees_no_more
 
 __all__ = ["serve"]     # a fixture
 
@@ -29,14 +29,6 @@ def tapes(tmp_path):
 def found(user, testid):
     return next(one for one in user.client.elements.values()
                 if one.props.get("data-testid") == testid)
-
-
-async def until(condition):
-    for _ in range(TRIES):
-        if condition():
-            return
-        await asyncio.sleep(0.05)
-    raise AssertionError("it has not happened in time")
 
 
 async def stays(session):
@@ -68,8 +60,8 @@ def test_a_tape_that_cannot_be_read_leaves_the_one_in_force_named(serve, tapes):
 
     async def act(user, field):
         field.set_value(str(tapes["empty"]))
-        await until(lambda: user.notify.messages)
-        await until(lambda: field.value == str(tapes["old"]))
+        await comes(lambda: user.notify.messages)
+        await comes(lambda: field.value == str(tapes["old"]))
         await sees(user, "in force: old.nc")
         assert session.job.path == tapes["old"]
 
@@ -82,8 +74,8 @@ def test_a_tape_chosen_while_one_runs_is_not_named(serve, tapes):
     async def act(user, field):
         session.running = True
         field.set_value(str(tapes["new"]))
-        await until(lambda: user.notify.messages)
-        await until(lambda: field.value == str(tapes["old"]))
+        await comes(lambda: user.notify.messages)
+        await comes(lambda: field.value == str(tapes["old"]))
         session.running = False
         assert session.job.path == tapes["old"]
         await sees_no_more(user, "new.nc")
@@ -106,7 +98,7 @@ def test_the_newest_choice_wins_and_nothing_starts_while_it_is_read(serve, tapes
         field.set_value(str(tapes["old"]))
         await sees(user, "old.nc is being read")
         user.find("Start").click()
-        await until(lambda: "old.nc is still being read." in user.notify.messages)
+        await comes(lambda: "old.nc is still being read." in user.notify.messages)
         assert not session._start
         field.set_value(str(tapes["new"]))
         await sees(user, "in force: new.nc")
