@@ -23,6 +23,7 @@ from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe
 __all__ = ["PASSES", "SCRIPT", "flat", "flatten", "read", "write"]
 
 CLOCK, GATE = "clk", "gapkeeper_clock_gate"
+OFTEN = {"tx", "dac", "gap_reference"}   # outputs that are read in every clock
 FILES = 3       # into which the parts go, to be compiled at the same time
 # From a hierarchy to one flat module. A memory is read within a clock, at the address that a
 # register keeps. A value that is not defined at the start is zero, as in Verilator's C++.
@@ -69,6 +70,21 @@ typedef int64_t i64; typedef unsigned __int128 u128; typedef __int128 i128;
 """
 
 
+# How a clock goes through a word of ``dirty``, by its kind.
+ROUND = {
+    "values": ["    while (const u64 found = s.dirty[{at}]) {{",
+               "        s.dirty[{at}] = found & (found - 1);",
+               "        PARTS_{at}[__builtin_ctzll(found)](s);", "    }}"],
+    "registers": ["    if (u64 left = s.dirty[{at}]) {{", "        s.dirty[{at}] = 0;",
+                  "        do {{", "            PARTS_{at}[__builtin_ctzll(left)](s);",
+                  "        }} while (left &= left - 1);", "    }}"],
+    "mixed": ["    for (u64 rest = ~0ull; const u64 found = s.dirty[{at}] & rest;) {{",
+              "        const int bit = __builtin_ctzll(found);",
+              "        s.dirty[{at}] &= ~(1ull << bit);", "        rest = ~1ull << bit;",
+              "        PARTS_{at}[bit](s);", "    }}"],
+}
+
+
 def flat(path: list[str]) -> str:
     """Name in the flat module of a signal, by its path from the top."""
     return ".".join(path[1:])
@@ -109,7 +125,8 @@ def read(folder: Path, probes: Sequence[Probe] = PROBES, busy: re.Pattern = SINK
     inputs = {(TOP, name) for name in _ports(netlist, "input")}
     seen += [netlist.signal(flat(probe.path)) for probe in probes
              if probe.scope and tuple(probe.path) not in inputs]
-    return Emission(Parts(netlist, seen, busy))
+    shown = [netlist.signal(name) for name in _ports(netlist, "output") if name not in OFTEN]
+    return Emission(Parts(netlist, seen, busy), shown)
 
 
 def write(emission: Emission, folder: Path, probes: Sequence[Probe] = PROBES) -> list[Path]:
@@ -117,7 +134,8 @@ def write(emission: Emission, folder: Path, probes: Sequence[Probe] = PROBES) ->
 
     Methods of the class: ``set_<input>``, ``<output>`` and ``probe_<name>``; ``poke_<name>`` for
     writable probes; ``edge`` for a clock; ``touch`` and then ``settle`` after any other change of
-    its members.
+    its members. The member ``shown`` is set when one of the other outputs than those in ``OFTEN``
+    changes.
     """
     (folder / "controller.hpp").write_text(_header(emission, probes))
     files = [folder / "controller.cpp"]
@@ -143,9 +161,11 @@ def _ports(netlist, direction):
 
 def _header(e, probes):
     netlist, parts = e.netlist, e.parts.parts
-    words = (len(parts) + 63) // 64
+    words = sum(word.kind != "always" for word in e.words)
+    late = len(e.waiting) // 64 + 1
     out = ["#pragma once", "#include <cstddef>", "#include <cstdint>", TYPES,
-           "struct Controller {", f"    u64 dirty[{words}];", f"    u64 pending[{words}];"]
+           "struct Controller {", f"    u64 dirty[{words}];", f"    u64 pending[{late}];",
+           "    bool shown;"]
     # The widest first: no gaps.
     for wide in (128, 64, 32, 16, 8):
         for index in sorted(e.stored):
@@ -225,13 +245,13 @@ def _controller(e):
                     f"    if (RARE(s.x{index} != s.n{index})) {{ "
                     f"s.n{index} = s.x{index}; {e.marks(index)} }}")
             out.append("}")
-    out.append("static void (*const TAKE[])(Controller&) = {" + ", ".join(
-        f"take{index}" if sinks else "nullptr" for index, sinks in late.items()) + "};")
+    out.append("static void (*const TAKE[])(Controller&) = {"
+               + ", ".join(f"take{index}" for index in e.waiting) + "};")
     out += _rounds(e)
-    last = literal((1 << ((len(parts) - 1) % 64 + 1)) - 1)
-    out += ["void Controller::touch() {", "    for (u64& word : dirty) word = ~0ull;",
-            f"    dirty[{(len(parts) - 1) // 64}] = {last};", "    for (u64& word : pending)",
-            "        word = 0;", *(f"    x{index} = n{index};" for index in sorted(e.deferred)),
+    out += ["void Controller::touch() {", "    for (u64& word : dirty)", "        word = 0;",
+            f"    {e.marks_of(e.marked)}".replace("s.dirty", "dirty"),
+            "    shown = true;", "    for (u64& word : pending)", "        word = 0;",
+            *(f"    x{index} = n{index};" for index in sorted(e.deferred)),
             "}", "Controller::Controller() {"]
     for memory in e.netlist.memories:
         out += _contents(memory)
@@ -255,31 +275,24 @@ def _contents(memory):
 
 def _rounds(e):
     """C++ that runs parts in order: those that are dirty, and those that run in every clock."""
-    count, early = len(e.parts.parts), e.parts.early
-    out = ["static void (*const PART[])(Controller&) = {"
-           + ", ".join(f"part{index}" for index in range(count)) + "};",
-           "static inline void pass(Controller& s, int at, u64 rest) {",
-           "    while (const u64 found = s.dirty[at] & rest) {",
-           "        const int bit = __builtin_ctzll(found);",
-           "        s.dirty[at] &= ~(1ull << bit);",
-           "        rest &= ~1ull << bit;",
-           "        PART[at * 64 + bit](s);", "    }", "}"]
-    for name, first, end in (("settle", 0, early), ("work", early, count)):
-        out.append(f"static inline void {name}_parts(Controller& s) {{")
-        run = []
-        for index in range(first, end + 1):
-            if run and (index == end or index % 64 == 0 or e.always(index)):
-                bits = literal(sum(1 << i % 64 for i in run))
-                out.append(f"    pass(s, {run[0] // 64}, {bits});")
-                run = []
-            if index < end and e.always(index):
-                out.append(f"    part{index}(s);")
-            else:
-                run.append(index)
-        out.append("}")
+    parts = e.parts.parts
+    out = []
+    rounds = {True: [], False: []}      # those that are early, and all others
+    at = 0
+    for word in e.words:
+        lines = rounds[parts[word.parts[0]].early]
+        if word.kind == "always":
+            lines += [f"    part{index}(s);" for index in word.parts]
+            continue
+        calls = ", ".join(f"part{index}" for index in word.parts)
+        out.append(f"static void (*const PARTS_{at}[])(Controller&) = {{{calls}}};")
+        lines += [line.format(at=at) for line in ROUND[word.kind]]
+        at += 1
+    for name, early in (("settle", True), ("work", False)):
+        out += [f"static inline void {name}_parts(Controller& s) {{", *rounds[early], "}"]
     return [*out, "void Controller::settle() { settle_parts(*this); }",
             "void Controller::edge() {", "    work_parts(*this);",
-            f"    for (int at = 0; at < {(count + 63) // 64}; ++at)",
+            "    for (size_t at = 0; at < sizeof pending / sizeof *pending; ++at)",
             "        for (; pending[at]; pending[at] &= pending[at] - 1)",
             "            TAKE[at * 64 + __builtin_ctzll(pending[at])](*this);",
             "    settle_parts(*this);", "}"]

@@ -1,35 +1,64 @@
 # SPDX-License-Identifier: Apache-2.0
 """C++ for the parts of a netlist: a part is computed only if something that it reads has changed.
 
-A part has a bit in ``dirty``. A clock goes through the set bits in order. A value that changes sets
-the bits of its readers. Parts whose inputs change in almost every clock have no bit: they are
-computed in every clock. A register or a memory that is still read in the same clock changes at the
-end of the clock: its part sets a bit of ``pending``.
+A part has a bit in a word of ``dirty``. A clock goes through the set bits in order. A value that
+changes sets the bits of its readers. Parts whose inputs change in almost every clock have no bit:
+they are computed in every clock. A register or a memory that is still read in the same clock
+changes at the end of the clock: its part sets a bit of ``pending``.
 """
 
 from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 from testbench.native.expressions import Expressions, kept_as, literal
+from testbench.native.netlist import Run
 from testbench.native.parts import HELD, Parts
 from testbench.native.writer import PartWriter
 
-__all__ = ["Emission"]
+__all__ = ["Emission", "Word"]
+
+WORD = 64       # parts with their bits in one word
+
+
+@dataclass
+class Word:
+    """Parts that follow each other and whose bits are in one word; one ``always`` computed has none.
+
+    The parts of ``values`` have no registers: a clock is through with their bits when it has
+    computed them. ``registers`` has nothing but registers: what they mark is for the next clock.
+    ``mixed`` has both.
+    """
+
+    kind: str
+    parts: list[int] = field(default_factory=list)
 
 
 class Emission(Expressions):
     """The C++ of a netlist's parts.
 
     ``stored`` are the nodes whose value the class keeps, by index; ``deferred`` those registers
-    that change at the end of a clock, and ``late`` those writes of memories.
+    that change at the end of a clock, and ``late`` those writes of memories. A change of one of the
+    words ``shown`` sets the class's member of that name.
     """
 
-    def __init__(self, parts: Parts):
+    def __init__(self, parts: Parts, shown: Iterable[list[Run]] = ()):
         super().__init__(parts)
+        self._shown = {source for word in shown for run in word if run.node >= 0
+                       for source in parts.through([run.node])}
         self.netlist = parts.netlist
         self.stored = {node.index for node in self.nodes if node.kind in HELD}
         self.stored |= {node.index for part in parts.parts for node in part.kept}
         self.deferred = self._deferred()
         self.late = self._late()
+        self.words = self._words()
+        marked = [word for word in self.words if word.kind != "always"]
+        self.marked = [part for word in marked for part in word.parts]
+        self._place = {part: (at, bit) for at, word in enumerate(marked)
+                       for bit, part in enumerate(word.parts)}
+        waiting = [part.index for part in parts.parts
+                   if any(sink.index in self.deferred | self.late for sink in part.sinks)]
+        self.waiting = {part: divmod(at, WORD) for at, part in enumerate(waiting)}
         self._now = -1
         self.writers = [PartWriter(self, part) for part in parts.parts]
         self.guards = [writer.guards() for writer in self.writers]
@@ -51,6 +80,21 @@ class Emission(Expressions):
                 if write.kind == "write"
                 and any(place[read.index] >= part.index for read in write.memory.reads)}
 
+    def _words(self):
+        """The words of ``dirty``, and the parts without a bit, in order."""
+        both = [part.index for part in self.parts.parts if part.name == "processor"]
+        found: list[Word] = []
+        before = None
+        for part in self.parts.parts:
+            kind = ("always" if self.always(part.index) else
+                    "mixed" if both and both[0] <= part.index <= both[-1] else
+                    "registers" if part.sinks else "values")
+            if (kind, part.early) != before or kind == "always" or len(found[-1].parts) == WORD:
+                found.append(Word(kind))
+            found[-1].parts.append(part.index)
+            before = kind, part.early
+        return found
+
     # ---- marks
 
     def marks(self, index: int) -> str:
@@ -64,9 +108,9 @@ class Emission(Expressions):
             if self.always(reader) or (reader == self._now and self.whole(reader)):
                 continue
             groups[self.guards[reader].get(index, "")].add(reader)
-        return " ".join(
-            f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)
-            for test, readers in groups.items())
+        found = [f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)
+                 for test, readers in groups.items()]
+        return " ".join(found + ["s.shown = true;"] * (index in self._shown))
 
     def always(self, part: int) -> bool:
         """Whether a part is computed in every clock."""
@@ -76,12 +120,11 @@ class Emission(Expressions):
         """Whether a part marks itself for as long as its registers can change."""
         return self.parts.parts[part].name == "processor"
 
-    @staticmethod
-    def marks_of(readers) -> str:
+    def marks_of(self, readers) -> str:
         """Statements that make these parts dirty."""
         words = defaultdict(int)
-        for reader in readers:
-            words[reader // 64] |= 1 << reader % 64
+        for at, bit in (self._place[reader] for reader in readers):
+            words[at] |= 1 << bit
         return " ".join(f"s.dirty[{at}] |= {literal(bits)};" for at, bits in sorted(words.items()))
 
     def written(self, sink) -> str:

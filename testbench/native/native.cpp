@@ -15,7 +15,7 @@
 
 namespace {
 
-constexpr int64_t STOPPING = 1;       // state of rtl/motion/retraction.py
+constexpr uint64_t STOPPING = 1;      // state of rtl/motion/retraction.py
 constexpr uint64_t AFTER_SHORT = 60;  // rows of the trace for which an electrode is followed
 constexpr size_t COLUMNS = 18;  // of the trace: see testbench/native/simulation.py
 
@@ -84,6 +84,7 @@ public:
             station_.step(off, true, to_, rx);
         controller_ = *std::make_unique<Controller>();
         bench::apply(controller_, to_, 1);
+        applied_ = to_;
         rx_ = 1;
         controller_.settle();
     }
@@ -145,25 +146,25 @@ private:
     void clock() {
         if (trace_period != 0)
             follow();
-        const plant::FromController from = bench::outputs(controller_);
-        const plant::ToController before = to_;
+        bench::outputs(controller_, from_);
         uint8_t rx = 1;
-        station_.step(from, controller_.tx(), to_, rx);
+        const bool changed = station_.step(from_, controller_.tx(), to_, rx);
         controller_.edge();
-        if (rx == rx_ && std::memcmp(&before, &to_, sizeof to_) == 0)
+        if (rx == rx_ && (!changed || std::memcmp(&applied_, &to_, sizeof to_) == 0))
             return;
         bench::apply(controller_, to_, rx);
+        applied_ = to_;
         rx_ = rx;
         if (keep)
             kept.push_back({station_.clock, to_, rx});
     }
 
     void follow() {
-        const auto value = [this](const Probe* probe) { return read(*probe); };
         shorts.look(
-            station_.clock, station_.machine.gap().contact(), value(state_) == STOPPING,
-            value(shorted_) != 0,
-            [&] { return value(path_); },
+            station_.clock, station_.machine.contact(),
+            controller_.probe_path_status_state() == STOPPING,
+            controller_.probe_gap_status_shorted() != 0,
+            [this] { return read(*path_); },
             [this](int axis) { return static_cast<double>(station_.machine.count(axis)); });
     }
 
@@ -214,13 +215,12 @@ private:
 
     int64_t named(const char* name) const { return read(*found(name)); }
 
-    const Probe* state_ = found("path_status_state");
-    const Probe* shorted_ = found("gap_status_shorted");
     const Probe* path_ = found("path_position");
 
     Controller controller_;
     bench::Station station_;
-    plant::ToController to_;
+    plant::FromController from_;
+    plant::ToController to_, applied_;
     uint8_t rx_ = 1;    // the controller has these two as its inputs
     std::vector<uint32_t> tapped_;
     std::vector<int64_t> last_;

@@ -15,10 +15,15 @@ struct Inputs {
     uint8_t rx;
 };
 
+// Reads the controller's outputs. `shown` is set if one may have changed that is not among the
+// first, which change in most clocks.
 template <class Controller>
-plant::FromController outputs(const Controller& controller) {
-    plant::FromController from;
+void outputs(Controller& controller, plant::FromController& from) {
     from.dac = static_cast<uint8_t>(controller.dac());
+    from.gap_reference = static_cast<uint8_t>(controller.gap_reference());
+    if (!controller.shown)
+        return;
+    controller.shown = false;
     from.dac_negative = static_cast<uint8_t>(controller.dac_negative());
     from.step = static_cast<uint8_t>(controller.step());
     from.dir = static_cast<uint8_t>(controller.dir());
@@ -26,7 +31,6 @@ plant::FromController outputs(const Controller& controller) {
     from.gap_on = static_cast<uint8_t>(controller.gap_on());
     from.gap_sense = static_cast<uint8_t>(controller.gap_sense());
     from.gap_level = static_cast<uint8_t>(controller.gap_level());
-    from.gap_reference = static_cast<uint8_t>(controller.gap_reference());
     from.gap_supply = static_cast<uint8_t>(controller.gap_supply());
     from.adc_select = static_cast<uint8_t>(controller.adc_select());
     from.adc_clock = static_cast<uint8_t>(controller.adc_clock());
@@ -38,7 +42,6 @@ plant::FromController outputs(const Controller& controller) {
     from.auxiliary_code = static_cast<uint16_t>(controller.auxiliary_code());
     from.contactor = static_cast<uint8_t>(controller.contactor());
     from.safe = static_cast<uint8_t>(controller.safe());
-    return from;
 }
 
 template <class Controller>

@@ -65,6 +65,8 @@ public:
     // One clock: the level of rx in the next.
     bool give() {
         if (left_ == 0) {
+            if (to_send.empty())
+                return true;
             const unsigned next = harmed();
             if (next == NOTHING)
                 return true;

@@ -415,8 +415,8 @@ class PartWriter:
 
     def _pending(self):
         """C++ after which this part's late changes are made at the end of the clock."""
-        part = self.part.index
-        return f"s.pending[{part // 64}] |= {literal(1 << part % 64)};"
+        at, bit = self.e.waiting[self.part.index]
+        return f"s.pending[{at}] |= {literal(1 << bit)};"
 
     def _memory(self, sink):
         ports = sink.ports

@@ -47,6 +47,8 @@ public:
         sound_ = !(cut_ | jump_ | swap_ | noise_ | open_ | a_low_ | b_low_ | a_high_ | b_high_);
     }
 
+    bool sound() const { return sound_; }
+
     // One clock: from the phases at the coders to the lines; a cut line keeps its level.
     void clock(unsigned a, unsigned b, uint8_t& line_a, uint8_t& line_b) {
         if (!sound_)

@@ -45,11 +45,10 @@ double Gap::current() const {
 }
 
 void Gap::compare() {
-    high_ = volts_ > high_v_;
-    below_arc_ = volts_ < arc_v_;
-    below_short_ = volts_ < short_v_;
-    conducting_ = current() > (gate_ == Gate::sensing ? p_.comparator.sensing_level_a
-                                                      : p_.comparator.current_level_a);
+    const bool conducting = current() > (gate_ == Gate::sensing ? p_.comparator.sensing_level_a
+                                                                : p_.comparator.current_level_a);
+    lines_ = (lines_ & NOISE) | (volts_ > high_v_ ? HIGH : 0) | (volts_ < arc_v_ ? ARC : 0) |
+             (volts_ < short_v_ ? SHORT : 0) | (conducting ? CURRENT : 0);
 }
 
 void Gap::set_volts(double volts) {
@@ -63,7 +62,8 @@ void Gap::enter(State state, double volts) {
     state_ = state;
     set_volts(volts);
     // Sparks radiate above 1 MHz, arcs do not.
-    noisy_ = state == State::burning && noise_.uniform() >= p_.comparator.noise_miss;
+    const bool noisy = state == State::burning && noise_.uniform() >= p_.comparator.noise_miss;
+    lines_ = (lines_ & ~NOISE) | (noisy ? NOISE : 0);
 }
 
 // Of the fluid: Rg = rho g / A.

@@ -67,11 +67,9 @@ public:
     // Once per tick of dt seconds.
     void tick(const Place& place, double dt);
 
-    bool high() const { return high_; }
-    bool below_arc() const { return below_arc_; }
-    bool below_short() const { return below_short_; }
-    bool conducting() const { return conducting_; }
-    bool noise() const { return noisy_; }
+    // What the comparators find, and the receiver of noise.
+    enum Line : unsigned { SHORT = 1, CURRENT = 2, ARC = 4, HIGH = 8, NOISE = 16 };
+    unsigned lines() const { return lines_; }
 
     State state() const { return state_; }
     double gap_um() const { return gap_; }
@@ -152,8 +150,8 @@ private:
 
     Gate gate_ = Gate::none;
     State state_ = State::off;
-    bool high_ = false, below_arc_ = true, below_short_ = true, conducting_ = false;
-    bool noisy_ = false, negative_ = false, single_ = false;
+    unsigned lines_ = ARC | SHORT;
+    bool negative_ = false, single_ = false;
     double high_v_ = 0, arc_v_ = 0, short_v_ = 0;
     double volts_ = 0, leak_ohm_ = 0;
     double supply_v_ = 0, source_v_ = 0, source_ohm_ = 10;  // of the source that is on

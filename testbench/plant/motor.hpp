@@ -38,6 +38,7 @@ public:
         p_ = p;
         own_ = own;
         turn(0);
+        bound();
         pulses_per_mm_ = pulses_per_mm;
         clocks_ = clocks_per_tick;
         dt_ = clocks_per_tick / clock_hz;
@@ -48,8 +49,8 @@ public:
         late_.assign(static_cast<size_t>(std::lround(p.dead_time_ms * 1e-3 / dt_)), 0.0);
     }
 
-    // The DAC's pin, in every clock in which it is high.
-    void dac(bool negative) { sum_ += negative != own_.reversed ? -1 : 1; }
+    // Before a tick: clocks in which the DAC's pin was high in it, those of a negative voltage off.
+    void dac(int clocks) { sum_ = own_.reversed ? -clocks : clocks; }
 
     // The step pin, on its rising edge.
     void step(bool down) {
@@ -59,8 +60,8 @@ public:
 
     // Once per tick: the speed of the next one.
     void tick(bool enabled) {
+        axis_ = nut();
         double command = p_.full_speed_mm_s * sum_ / clocks_;
-        sum_ = 0;
         if (stepping_)
             command = (static_cast<double>(steps_) * own_.pulses_per_step - position_) /
                       pulses_per_mm_ * p_.step_gain_per_s;
@@ -87,11 +88,12 @@ public:
                    late_.empty();
     }
 
-    // Every clock: at most one edge of the coder. The coder has a hysteresis of a fifth of a pulse,
-    // so that an axis at rest on an edge does not chatter.
-    void clock() {
+    // Every clock; returns whether the coder may have changed: by one edge at most. The coder has a
+    // hysteresis of a fifth of a pulse, so that an axis at rest on an edge does not chatter.
+    bool clock() {
         position_ += advance_;
-        axis_ = std::clamp(axis_, position_, position_ + own_.backlash);
+        if (position_ < upper_ && position_ >= lower_)
+            return false;
         if (position_ >= static_cast<double>(count_ + 1))
             turn(1);
         else if (position_ < static_cast<double>(count_) - 0.2)
@@ -102,12 +104,14 @@ public:
             ++edges_;
         else if (position_ < edges_ * own_.pulses_per_step - 0.2)
             --edges_;
+        bound();
+        return true;
     }
 
     bool resting() const { return resting_; }
     int32_t count() const { return count_; }          // place of the motor, pulses
     int64_t steps() const { return steps_; }          // up less down
-    double position() const { return axis_ + error(); } // of the axis, pulses
+    double position() const { return nut() + error(); } // of the axis, pulses
     double speed() const { return speed_; }           // mm/s
     double command() const { return filtered_; }      // mm/s: U above
     void put(double speed_mm_s) { speed_ = speed_mm_s; }
@@ -124,6 +128,16 @@ private:
         index_ = own_.turn != 0 && (count_ - own_.index) % own_.turn == 0;
     }
 
+    // The places between which neither count nor edge changes.
+    void bound() {
+        upper_ = std::min<double>(count_ + 1, (edges_ + 1) * own_.pulses_per_step);
+        lower_ = std::max(static_cast<double>(count_) - 0.2,
+                          edges_ * own_.pulses_per_step - 0.2);
+    }
+
+    // Place of the nut, which the motor has taken along within a tick: it turns one way in it.
+    double nut() const { return std::clamp(axis_, position_, position_ + own_.backlash); }
+
     // A speed after a tick of friction, which never turns it round.
     double slowed(double speed) const {
         const double most = friction_ * dt_;
@@ -132,8 +146,8 @@ private:
 
     double error() const {
         if (own_.wave == 0)
-            return own_.slope * axis_;
-        return own_.slope * axis_ + own_.wave * std::sin(axis_ * own_.per_pulse);
+            return own_.slope * nut();
+        return own_.slope * nut() + own_.wave * std::sin(nut() * own_.per_pulse);
     }
 
     AxisParameters p_;
@@ -146,7 +160,8 @@ private:
     bool stepping_ = false, resting_ = true;
     int64_t steps_ = 0;
     double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
-    double position_ = 0, axis_ = 0;    // of the motor and of the nut, pulses
+    double position_ = 0, axis_ = 0;    // of the motor, and of the nut at the last tick, pulses
+    double upper_ = 1, lower_ = -0.2;
     int32_t count_ = 0, edges_ = 0;
     bool index_ = false;
 };

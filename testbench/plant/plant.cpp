@@ -9,6 +9,7 @@ namespace plant {
 namespace {
 
 constexpr double PI = 3.14159265358979323846;
+constexpr unsigned COMPARATORS = Gap::SHORT | Gap::CURRENT | Gap::ARC | Gap::HIGH;
 
 // The tables of the three axes are alike.
 template <typename Table>
@@ -168,10 +169,12 @@ void Plant::configure() {
     lines_.configure(p_.clock_hz);
     flash_.configure(p_.clock_hz);
     stuck_ = static_cast<unsigned>(force_gate_stuck_);
-    wires_cut_ = static_cast<unsigned>(force_comparator_cut_);
-    wires_dead_ = static_cast<unsigned>(force_comparator_dead_);
+    wires_cut_ = static_cast<unsigned>(force_comparator_cut_) & COMPARATORS;
+    wires_dead_ = static_cast<unsigned>(force_comparator_dead_) & COMPARATORS;
     fin_stuck_ = force_fin_ != 0;
     limits();
+    contact_ = gap_->contact();
+    configured_ = true;
 }
 
 double Plant::electrode_um() const {
@@ -183,12 +186,15 @@ void Plant::tick(const FromController& from) {
     const double dt = clocks_per_tick_ / p_.clock_hz;
     moving_ = 0;
     for (int axis = 0; axis < AXES; ++axis) {
+        axes_[axis].dac(counted(up_, axis) - counted(down_, axis));
         axes_[axis].tick(from.drive_enable >> axis & 1);
         moving_ |= static_cast<unsigned>(!axes_[axis].resting()) << axis;
     }
+    up_ = down_ = 0;
     gap_->tick({axes_[0].position() / p_.pulses_per_mm * 1000,
                 axes_[1].position() / p_.pulses_per_mm * 1000, electrode_um()},
                dt);
+    contact_ = gap_->contact();
     faults();
     levels();
     limits();
@@ -199,12 +205,8 @@ void Plant::tick(const FromController& from) {
 // The filters behind the three streams of the references, one step for the ones of a tick.
 void Plant::levels() {
     auto cut = static_cast<unsigned>(force_reference_cut_);
-    for (auto& filter : filters_) {
-        const auto ones = static_cast<double>(references_ & ((1u << COUNTER) - 1));
-        filter.step((cut & 1) != 0 ? 0 : ones * reference_one_v_);
-        references_ >>= COUNTER;
-        cut >>= 1;
-    }
+    for (int i = 0; i < 3; ++i, cut >>= 1)
+        filters_[i].step((cut & 1) != 0 ? 0 : counted(references_, i) * reference_one_v_);
     references_ = 0;
     // Open, arc and short level: none exchanged, the first two, first and last, or the last two.
     static constexpr std::array<std::array<unsigned, 3>, 4> AT{

@@ -55,51 +55,55 @@ public:
     bool set(const std::string& name, double value);
     bool get(const std::string& name, double& value);
 
-    // One clock: from the controller's outputs in it to its inputs in the next.
-    void clock(const FromController& from, ToController& to) {
-        for (unsigned bits = from.dac; bits; bits &= bits - 1) {
-            const int axis = __builtin_ctz(bits);
-            axes_[axis].dac(from.dac_negative >> axis & 1);
-        }
-        if (const unsigned rose = from.step & ~step_)
-            for (int axis = 0; axis < AXES; ++axis)
-                if (rose >> axis & 1)
-                    axes_[axis].step(from.dir >> axis & 1);
-        step_ = from.step;
-        for (unsigned bits = moving_; bits; bits &= bits - 1)
-            axes_[__builtin_ctz(bits)].clock();
-        gates(from);
+    // One clock: from the controller's outputs in it to its inputs in the next. The inputs keep their
+    // values from clock to clock. Returns whether any may have changed.
+    bool clock(const FromController& from, ToController& to) {
+        up_ += SPREAD[from.dac & ~from.dac_negative];
+        down_ += SPREAD[from.dac & from.dac_negative];
         references_ += SPREAD[from.gap_reference];
+        if (from.step != step_)
+            steps(from);
+        bool turned = !lines_.sound() || configured_;
+        for (unsigned bits = moving_; bits; bits &= bits - 1)
+            turned |= axes_[__builtin_ctz(bits)].clock();
+        gates(from);
+        bool changed = turned;
         const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
         if (serial != serial_) {
             serial_ = serial;
             converter_.change(from.adc_select, from.adc_clock, from.adc_command,
                               [this](unsigned channel) { return sample(channel); });
             to.adc_data = converter_.data() && force_converter_silent_ == 0;
+            changed = true;
         }
         const unsigned memory = from.flash_select | static_cast<unsigned>(from.flash_clock) << 1;
         if (memory != memory_) {
             memory_ = memory;
             flash_.pins(from.flash_select, from.flash_clock, from.flash_command, now_);
             to.flash_data = flash_.data() || force_flash_absent_ != 0;
+            changed = true;
         }
-        if (++phase_ == clocks_per_tick_)
-            tick(from);
-        coders(to);
-        to.gap_high = (gap_->high() | wires_cut_ >> 3) & ~(wires_dead_ >> 3) & 1;
-        to.gap_arc = (gap_->below_arc() | wires_cut_ >> 2) & ~(wires_dead_ >> 2) & 1;
-        to.gap_short = (gap_->below_short() | wires_cut_) & ~wires_dead_ & 1;
-        to.gap_current = (gap_->conducting() | wires_cut_ >> 1) & ~(wires_dead_ >> 1) & 1;
-        to.gap_noise = gap_->noise();
-        to.estop = estop_;
-        to.drive_fault = drive_fault_;
-        to.limit_low = limit_low_;
-        to.limit_high = limit_high_;
-        to.fluid_low = fluid_low_;
-        to.fin = fin_ | fin_stuck_;
-        to.arm = arm_;
-        to.power_good = power_good_;
+        if (++phase_ == clocks_per_tick_ || configured_) {
+            if (phase_ == clocks_per_tick_)
+                tick(from);
+            sides(to);
+            configured_ = false;
+            changed = true;
+        }
+        if (turned)
+            coders(to);
+        const unsigned lines = (gap_->lines() | wires_cut_) & ~wires_dead_;
+        if (lines != compared_) {
+            compared_ = lines;
+            to.gap_short = lines & Gap::SHORT ? 1 : 0;
+            to.gap_current = lines & Gap::CURRENT ? 1 : 0;
+            to.gap_arc = lines & Gap::ARC ? 1 : 0;
+            to.gap_high = lines & Gap::HIGH ? 1 : 0;
+            to.gap_noise = lines & Gap::NOISE ? 1 : 0;
+            changed = true;
+        }
         ++now_;
+        return changed;
     }
 
     void close_contactor() { powered_ = true; }  // at once, for tests of the gap alone
@@ -108,6 +112,7 @@ public:
     double command(int axis) const { return axes_[axis].command(); }  // mm/s, behind the filter
     Flash& flash() { return flash_; }
     const Gap& gap() const { return *gap_; }
+    bool contact() const { return contact_; }   // of tool and work, as at the last tick
     // Levels of the comparators behind their filters: open, arc, short.
     double reference_v(int which) const { return filters_[which].volts(); }
     Workpiece& workpiece() { return wire_.workpiece(); }  // a wire machine's
@@ -150,6 +155,26 @@ private:
                        from.gap_supply);
     }
 
+    // Rising edges of the step pins.
+    void steps(const FromController& from) {
+        for (unsigned rose = from.step & ~step_; rose; rose &= rose - 1) {
+            const int axis = __builtin_ctz(rose);
+            axes_[axis].step(from.dir >> axis & 1);
+        }
+        step_ = from.step;
+    }
+
+    void sides(ToController& to) {
+        to.estop = estop_;
+        to.drive_fault = drive_fault_;
+        to.limit_low = limit_low_;
+        to.limit_high = limit_high_;
+        to.fluid_low = fluid_low_;
+        to.fin = fin_ | fin_stuck_;
+        to.arm = arm_;
+        to.power_good = power_good_;
+    }
+
     void coders(ToController& to) {
         unsigned a = 0, b = 0, index = 0;
         for (int axis = 0; axis < AXES; ++axis) {
@@ -161,8 +186,11 @@ private:
         to.enc_index = lines_.index(index);
     }
 
-    // Each of the three bits has its own counter.
+    // Each of the three bits has its own counter of clocks.
     static constexpr unsigned COUNTER = 21;
+    static int counted(uint64_t counters, int axis) {
+        return static_cast<int>(counters >> axis * COUNTER & ((1u << COUNTER) - 1));
+    }
     static constexpr uint64_t ONE = 1, TWO = 1ull << COUNTER, FOUR = 1ull << 2 * COUNTER;
     static constexpr uint64_t SPREAD[8] = {0,    ONE,        TWO,        TWO + ONE,
                                            FOUR, FOUR + ONE, FOUR + TWO, FOUR + TWO + ONE};
@@ -191,12 +219,15 @@ private:
     Flash flash_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick
+    uint64_t up_ = 0, down_ = 0;  // those of the DACs, at either sign
     Filter filters_[3];
     double reference_one_v_ = 0;
     unsigned serial_ = 0, memory_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
     unsigned moving_ = 0, stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;
+    unsigned compared_ = ~0u;     // lines of the gap, as the controller has them
+    bool configured_ = true, contact_ = false;
     uint8_t step_ = 0;
     uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0,
             fin_stuck_ = 0;
