@@ -175,6 +175,8 @@ def _header(e, probes):
                 out.append(f"    u{wide} n{index}{start}")
                 if index in e.deferred:
                     out.append(f"    u{wide} x{index}{start}")
+    out += [f"    {table.kind} {table.name} = 0;"
+            for writer in e.writers for table in writer.root.tables]
     for index in sorted(e.late):
         out.append(f"    u64 w{index}_en = 0, w{index}_data = 0; u32 w{index}_at = 0;")
     for memory in netlist.memories:

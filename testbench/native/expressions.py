@@ -11,6 +11,8 @@ __all__ = ["Expressions", "kept_as", "literal", "made_as", "mask", "width"]
 
 COMPARE = {"$eq": "==", "$ne": "!=", "$lt": "<", "$le": "<=", "$gt": ">", "$ge": ">="}
 ARITHMETIC = {"$add": "+", "$sub": "-", "$mul": "*"}
+NARROW = 6                          # bits of a register up to which there are tables of its values
+NO_TABLE = {"read", "$pmux"}
 LOGIC = {"$and": "&", "$or": "|", "$xor": "^"}
 
 
@@ -54,9 +56,41 @@ class Expressions:
         self.local: set[int] = set()    # nodes with a variable in the present function
         self.changed: set[int] = set()  # registers that it has changed so far
         self.copied: set[int] = set()   # those of them whose old value it still reads
+        self.narrow = self._narrow()
+        self.tabulated = -1             # the word of whose values a table is made
+
+    def _narrow(self):
+        """Nodes that follow from one narrow register alone, with this register."""
+        found: dict[int, int] = {}
+        narrow = {node.index for node in self.nodes
+                  if node.kind == "register" and node.width <= NARROW}
+        for index in self.parts.order:
+            sources = {found.get(source, source) for source in self.parts.reads[index]}
+            if len(sources) == 1 and sources <= narrow and self.nodes[index].kind not in NO_TABLE:
+                found[index] = sources.pop()
+        return found
+
+    def table(self, register: int, words: list[list[Run]]) -> str:
+        """C++ of a table: for each value of a register these words behind each other.
+
+        All of them follow from the register alone.
+        """
+        bits = self.nodes[register].width
+        kind = kept_as(sum(map(width, words)))
+        self.tabulated = register
+        texts, at = [], 0
+        for word in words:
+            texts.append(f"({kind})({self.word(word)}) << {at}" if at else self.word(word))
+            at += width(word)
+        self.tabulated = -1
+        return (f"[] {{ struct {{ {kind} at[{1 << bits}]; }} t{{}}; "
+                f"for (u64 r = 0; r < {1 << bits}; ++r) "
+                f"t.at[r] = ({kind})({' | '.join(texts)}); return t; }}()")
 
     def name(self, index: int) -> str:
         """C++ of a node's value."""
+        if self.tabulated >= 0:
+            return "r" if index == self.tabulated else self.value(self.nodes[index])
         if index in self.parts.inlined:
             return self.value(self.nodes[index])
         if index in self.local:

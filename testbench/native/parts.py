@@ -57,7 +57,8 @@ class Part:
 class Parts:
     """The parts of a netlist, ordered so that each follows the parts that it reads.
 
-    The first ``early`` of them are enough for the signals in ``seen``.
+    The first ``early`` of them are enough for the signals in ``seen``. ``order`` has all
+    combinational nodes, each after those that it reads.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ class Parts:
         nodes = netlist.nodes
         self.inlined = self._find_inlined()
         self.reads = {node.index: self._reads(node) for node in nodes}
-        self._order = self._sorted()
+        self.order = self._sorted()
         self._early = self._find_early(seen)
         self._classes = self._classify()
         self.users: dict[int, set[int]] = defaultdict(set)
@@ -197,7 +198,7 @@ class Parts:
         busy = {node.index for node in nodes
                 if node.kind == "register" and self._busy.fullmatch(node.name)}
         found = {}
-        for index in self._order:
+        for index in self.order:
             hot = bool(self.reads[index] & busy)
             if hot and nodes[index].width > 1:
                 busy.add(index)
@@ -234,7 +235,7 @@ class Parts:
     def _units(self, forced):
         """For every node the only other node that it is computed for, or itself."""
         owner = {node.index: node.index for node in self.netlist.nodes}
-        for index in reversed(self._order):
+        for index in reversed(self.order):
             users = self.users[index]
             owners = {owner[user] for user in users}
             if index not in forced and len(owners) == 1:
@@ -242,7 +243,7 @@ class Parts:
                 if self._kind(index) == self._kind(one):
                     owner[index] = one
         members = defaultdict(list)
-        for index in self._order:
+        for index in self.order:
             members[owner[index]].append(index)
         for node in self.netlist.nodes:
             if node.kind in SINKS:
@@ -287,7 +288,7 @@ class Parts:
                     waiting[other] -= 1
                     if not waiting[other]:
                         heappush(heaps[self._classes[other]], other)
-        rank = {index: at for at, index in enumerate(self._order)}
+        rank = {index: at for at, index in enumerate(self.order)}
         for part in parts:
             part.nodes.sort(key=lambda node: rank[node.index])
             inside = {node.index for node in (*part.nodes, *part.sinks)}

@@ -2,6 +2,7 @@
 """The C++ function of one part of a netlist."""
 
 from collections import defaultdict
+from dataclasses import dataclass
 
 from testbench.native.expressions import kept_as, literal, made_as, width
 from testbench.native.netlist import Node, Run
@@ -12,6 +13,7 @@ __all__ = ["PartWriter"]
 # Number of nodes in both branches of a choice up to which computing them is faster than a jump.
 FEW = {"processor": 12, "busy": 6, "": 3}
 MOST_TESTS = 3  # conditions in one guard
+LEAST = 2       # values for which a table is worth while
 
 
 class Block:
@@ -25,6 +27,31 @@ class Block:
         self.nodes: list[Node] = []
         self.choices: list[tuple] = []
         self.leaves: list[tuple] = []
+        self.tables: list[Table] = []
+
+
+@dataclass(frozen=True)
+class Table:
+    """Kept values that follow from one narrow register: they are looked up together.
+
+    ``name`` is that of the member which keeps what was looked up last.
+    """
+
+    name: str
+    register: int
+    nodes: list[Node]
+
+    @property
+    def kind(self) -> str:
+        """C++ type of the values together."""
+        return kept_as(sum(node.width for node in self.nodes))
+
+
+@dataclass(frozen=True)
+class Step:
+    """The next value of a narrow register as a table of its present one."""
+
+    name: str
 
 
 class PartWriter:
@@ -47,6 +74,8 @@ class PartWriter:
         self.root = Block()
         self.blocks = {(): self.root}
         self.reread = self._reread()
+        self.tables = part.name == "busy"   # what is computed in every clock is worth them
+        self.constants: dict[str, str] = {}     # tables, by name
         self.items: dict[tuple, list[Item]] = {}    # by block
         self._plan()
 
@@ -96,6 +125,12 @@ class PartWriter:
                 continue
             if sink.kind == "register" and word == [Run(sink.width, sink.index)]:
                 continue
+            if self._follows_itself(sink, word):
+                step = Step(f"step{sink.index}_{len(self.constants)}")
+                self.constants[step.name] = self.e.table(sink.index, [word])
+                self._block(path).leaves.append((sink, step))
+                self._use([Run(sink.width, sink.index)], path)
+                continue
             node = self._choice(word, sink)
             if node is None:
                 self._block(path).leaves.append((sink, word))
@@ -127,6 +162,14 @@ class PartWriter:
             for inner, label in branches:
                 self._takes(inner, (*path, (number, label)))
 
+    def _follows_itself(self, sink, word):
+        """Whether a register's next value is a function of its present one that is worth a table."""
+        if not self.tables or sink.kind != "register":
+            return False
+        nodes = self._sources(word)
+        return any(node != sink.index for node in nodes) and all(
+            self.e.narrow.get(node, node) == sink.index for node in nodes)
+
     def _choice(self, word, sink):
         """The choice that makes a sink's value, if nothing else uses it."""
         if sink.kind == "write" or len(word) != 1 or word[0].node < 0 or word[0].low:
@@ -156,7 +199,22 @@ class PartWriter:
         items = []
         for sink in self.part.sinks:
             items.append((sink, sink.ports.get("D", []), sink.enables))
+        tables = defaultdict(list)
+        for node in self.ends if self.tables else ():
+            if node.index in self.e.narrow:
+                tables[self.e.narrow[node.index]].append(node)
+        looked_up = set()
+        for register, nodes in tables.items():
+            if len(nodes) >= LEAST:
+                looked_up.update(node.index for node in nodes)
+                table = Table(f"t{self.part.index}_{register}", register, nodes)
+                self.constants[table.name] = self.e.table(
+                    register, [[Run(node.width, node.index)] for node in nodes])
+                self.root.tables.append(table)
+                self._use([Run(self.e.nodes[register].width, register)], ())
         for node in self.ends:
+            if node.index in looked_up:
+                continue
             if node.kind in {"$mux", "$pmux"}:
                 items.append((node, [Run(node.width, node.index)], []))
             else:
@@ -174,9 +232,10 @@ class PartWriter:
         cost = self._costs()
         # In this direction users come before the nodes that they use, so that all uses are known.
         for node in reversed(self.part.nodes):
-            if node.index in self.taken or node.index in self.ending:
+            if node.index in self.taken or node.index in self.ending \
+                    or node.index not in self.paths:    # it is in a table alone
                 continue
-            path = self.paths.get(node.index, ())
+            path = self.paths[node.index]
             self._block(path).nodes.append(node)
             ports = node.ports
             if node.kind == "$mux" and self._cost(ports["A"], cost) + self._cost(
@@ -245,7 +304,8 @@ class PartWriter:
 
     def lines(self):
         self.e.local = self.inside - self.ending
-        out = [f"void part{self.part.index}(Controller& s) {{"]
+        out = [f"static constexpr auto {name} = {text};" for name, text in self.constants.items()]
+        out.append(f"void part{self.part.index}(Controller& s) {{")
         if self.e.whole(self.part.index) and self.part.sinks:
             tests = {self._gate(sink) for sink in self.part.sinks}
             mark = self.e.marks_of([self.part.index])
@@ -282,15 +342,20 @@ class PartWriter:
                                   changes=self._all(inner, "changes")))
             for sink, word in block.leaves:
                 items.append(self._update(sink, word))
+            for table in block.tables:
+                items.append(Item(table, {table.register}))
             self.items[block.path] = items
         return self.items[block.path]
 
     def _update(self, sink, word):
         """Statement of the update of a register, of a kept value, or of a memory."""
+        what = sink, word
         if sink.kind == "write":
-            return Item((sink, word), self._sources(*sink.ports.values()))
+            return Item(what, self._sources(*sink.ports.values()))
+        if isinstance(word, Step):
+            word = [Run(sink.width, sink.index)]
         words = self.e.parts.words(sink) if word is None else [word]
-        return Item((sink, word), self._sources(*words), changes={sink.index} & self.reread)
+        return Item(what, self._sources(*words), changes={sink.index} & self.reread)
 
     def _sources(self, *words):
         return self.e.parts.through(run.node for word in words for run in word if run.node >= 0)
@@ -309,6 +374,8 @@ class PartWriter:
         for item in ordered(self._items(block)):
             if isinstance(item.what, Node):
                 out += self._node(item.what, block, depth)
+            elif isinstance(item.what, Table):
+                out += ["    " * depth + line for line in self._look_up(item.what)]
             elif isinstance(item.what[0], Node):
                 out += ["    " * depth + line for line in self._leaf(*item.what)]
             else:
@@ -397,8 +464,11 @@ class PartWriter:
     def _leaf(self, sink, word):
         if sink.kind == "write":
             return self._memory(sink)
-        text = self.e.word(word) if word is not None else self.e.value(sink)
         index, kind = sink.index, kept_as(sink.width)
+        if isinstance(word, Step):
+            text = f"{word.name}.at[{self.e.name(index)}]"
+        else:
+            text = self.e.word(word) if word is not None else self.e.value(sink)
         if index in self.reread:
             self.e.changed.add(index)
         wide = "u128" if sink.width > 64 else "u64"
@@ -406,6 +476,22 @@ class PartWriter:
             return [f"{{ const {wide} x = {text}; s.x{index} = ({kind})x; "
                     f"if (RARE(x != s.n{index})) {self._pending()} }}"]
         return [f"{{ const {wide} x = {text}; {self._keep(sink, 'x')} }}"]
+
+    def _look_up(self, table):
+        """C++ that updates the values of a table."""
+        name = table.name
+        lines = [f"if (const u64 x = {name}.at[{self.e.name(table.register)}]; "
+                 f"RARE(x != s.{name})) {{",
+                 f"    const u64 y = x ^ s.{name};",
+                 f"    s.{name} = ({table.kind})x;"]
+        at = 0
+        for node in table.nodes:
+            field = literal((1 << node.width) - 1)
+            lines.append(f"    if (y >> {at} & {field}) {{ s.n{node.index} = "
+                         f"({kept_as(node.width)})(x >> {at} & {field}); "
+                         f"{self.e.marks(node.index)} }}")
+            at += node.width
+        return [*lines, "}"]
 
     def _keep(self, node, value):
         """C++ that stores a node's value, and tells its readers if it is another."""
