@@ -105,7 +105,8 @@ class Emission(Expressions):
         """
         groups = defaultdict(set)
         for reader in self.parts.readers.get(index, ()):
-            if self.always(reader) or (reader == self._now and self.whole(reader)):
+            if self.always(reader) or (reader == self._now and self.whole(reader)) \
+                    or index in self.parts.awaited[reader]:
                 continue
             groups[self.guards[reader].get(index, "")].add(reader)
         found = [f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)

@@ -58,7 +58,9 @@ class Parts:
     """The parts of a netlist, ordered so that each follows the parts that it reads.
 
     The first ``early`` of them are enough for the signals in ``seen``. ``order`` has all
-    combinational nodes, each after those that it reads.
+    combinational nodes, each after those that it reads. ``awaited`` has, for each part, the values
+    of other parts, changing in most clocks, that it reads under conditions only: while one holds,
+    the part is computed in every clock, and otherwise it need not know.
 
     Parameters
     ----------
@@ -78,7 +80,6 @@ class Parts:
         self.reads = {node.index: self._reads(node) for node in nodes}
         self.order = self._sorted()
         self._early = self._find_early(seen)
-        self._classes = self._classify()
         self.users: dict[int, set[int]] = defaultdict(set)
         for index, sources in self.reads.items():
             if index not in self.inlined:
@@ -86,7 +87,12 @@ class Parts:
                     self.users[source].add(index)
         forced = {source for word in seen for run in word if run.node >= 0
                   for source in self.through([run.node])}
+        self._awaits: dict[int, set[int]] = {}
+        self._classes = self._classify(forced)
         self.parts = self._parts(self._units(forced), forced)
+        self.awaited = {part.index: set().union(*(self._awaits.get(node.index, ())
+                                                  for node in (*part.nodes, *part.sinks)))
+                        for part in self.parts}
         self.early = sum(part.early for part in self.parts)
         self.place: dict[int, int] = {}
         for part in self.parts:
@@ -192,7 +198,7 @@ class Parts:
 
     # ---- parts
 
-    def _classify(self):
+    def _classify(self, forced):
         """Class of every node: only nodes of one class are computed together."""
         nodes = self.netlist.nodes
         busy = {node.index for node in nodes
@@ -207,7 +213,40 @@ class Parts:
             if node.kind in SINKS:
                 hot = node.index in busy or bool(self.reads[node.index] & busy)
                 found[node.index] = self._class(node, hot)
+        private = {index for index, (stage, where) in found.items()
+                   if stage and where == "busy"} - forced
+        for node in self.netlist.nodes:
+            if node.kind == "register" and found.get(node.index) == (3, "busy") \
+                    and node.index not in busy:
+                self._release(node, busy, private, found)
         return found
+
+    def _release(self, sink, busy, private, found):
+        """Class a register for itself if it reads values that change all the time only at times."""
+        cone = {sink.index}
+
+        def seldom(word, reader, under):
+            """Whether a word has no busy value, but under a condition."""
+            for source in self.through(run.node for run in word if run.node >= 0):
+                node = self.netlist.nodes[source]
+                if source in private and node.kind not in HELD and self.users[source] == {reader}:
+                    cone.add(source)
+                    chosen = node.kind in {"$mux", "$pmux"}
+                    words = [(port, under or (chosen and name != "S"))
+                             for name, port in node.ports.items()]
+                    words += [(choice, True) for choice in node.choices]
+                    if not all(seldom(one, source, below) for one, below in words):
+                        return False
+                elif source in busy and not under:
+                    return False
+            return True
+
+        enables = sink.enables
+        if all(seldom(word, sink.index, False) for word in enables) \
+                and seldom(sink.ports["D"], sink.index, bool(enables)):
+            for index in cone:
+                found[index] = self._class(self.netlist.nodes[index], False)
+                self._awaits[index] = self.reads[index] & busy - cone
 
     def _kind(self, index):
         """Kind of a node's class: a node is computed only for another one of its kind."""

@@ -371,6 +371,11 @@ class PartWriter:
 
     def _write(self, block, depth):
         out = []
+        awaited = self.e.parts.awaited[self.part.index]
+        if any(item.reads & awaited for item in self._items(block)
+               if isinstance(item.what, Node)
+               or isinstance(item.what, tuple) and isinstance(item.what[0], Node)):
+            out.append("    " * depth + self.e.marks_of([self.part.index]))
         for item in ordered(self._items(block)):
             if isinstance(item.what, Node):
                 out += self._node(item.what, block, depth)
