@@ -83,9 +83,9 @@ public:
             acceleration_ = 0;
             speed_ -= std::clamp(speed_, -p_.brake_mm_s2 * dt_, p_.brake_mm_s2 * dt_);
         }
-        advance_ = speed_ * pulses_per_mm_ * clock_s_;
-        resting_ = std::abs(speed_) < 1e-9 && std::abs(filtered_) < 1e-9 && p_.offset_mm_s == 0 &&
-                   late_.empty();
+        const bool resting = std::abs(speed_) < 1e-9 && std::abs(filtered_) < 1e-9 &&
+                             p_.offset_mm_s == 0 && late_.empty();
+        advance_ = resting ? 0 : speed_ * pulses_per_mm_ * clock_s_;
     }
 
     // Every clock; returns whether the coder may have changed: by one edge at most. The coder has a
@@ -108,7 +108,6 @@ public:
         return true;
     }
 
-    bool resting() const { return resting_; }
     int32_t count() const { return count_; }          // place of the motor, pulses
     int64_t steps() const { return steps_; }          // up less down
     double position() const { return nut() + error(); } // of the axis, pulses
@@ -157,7 +156,7 @@ private:
     std::deque<double> late_;           // commands on their way, one a tick
     unsigned clocks_ = 16;
     int sum_ = 0;
-    bool stepping_ = false, resting_ = true;
+    bool stepping_ = false;
     int64_t steps_ = 0;
     double filtered_ = 0, acceleration_ = 0, speed_ = 0, advance_ = 0;
     double position_ = 0, axis_ = 0;    // of the motor, and of the nut at the last tick, pulses

@@ -184,11 +184,9 @@ double Plant::electrode_um() const {
 void Plant::tick(const FromController& from) {
     phase_ = 0;
     const double dt = clocks_per_tick_ / p_.clock_hz;
-    moving_ = 0;
     for (int axis = 0; axis < AXES; ++axis) {
         axes_[axis].dac(counted(up_, axis) - counted(down_, axis));
         axes_[axis].tick(from.drive_enable >> axis & 1);
-        moving_ |= static_cast<unsigned>(!axes_[axis].resting()) << axis;
     }
     up_ = down_ = 0;
     gap_->tick({axes_[0].position() / p_.pulses_per_mm * 1000,

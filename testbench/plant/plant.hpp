@@ -64,8 +64,8 @@ public:
         if (from.step != step_)
             steps(from);
         bool turned = !lines_.sound() || configured_;
-        for (unsigned bits = moving_; bits; bits &= bits - 1)
-            turned |= axes_[__builtin_ctz(bits)].clock();
+        for (auto& axis : axes_)
+            turned |= axis.clock();
         gates(from);
         bool changed = turned;
         const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
@@ -224,7 +224,7 @@ private:
     double reference_one_v_ = 0;
     unsigned serial_ = 0, memory_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
-    unsigned moving_ = 0, stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
+    unsigned stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;
     unsigned compared_ = ~0u;     // lines of the gap, as the controller has them
     bool configured_ = true, contact_ = false;

@@ -65,7 +65,7 @@ double Wire::volume_um3(double gap_um) const {
 
 // ---- the gap
 
-// The nearest cell in every direction, as far as it counts.
+// The nearest cell in every direction, as far as it counts: up to a span beyond the nearest of all.
 void Wire::survey() {
     stale_ = false;
     seen_x_ = x_;
@@ -81,6 +81,8 @@ void Wire::survey() {
         workpiece_.each(x_, y_, radius - DENTED_UM, radius + reach,
                         [&](int32_t x, int32_t y, unsigned left) {
             const double distance = workpiece_.distance(x_, y_, x, y, left);
+            if (distance > nearest + span)
+                return;
             const auto at = static_cast<unsigned>(
                 turn(workpiece_.centre(x) - x_, workpiece_.centre(y) - y_) * SECTORS);
             Sector& sector = sectors_[at % SECTORS];
