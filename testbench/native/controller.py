@@ -23,7 +23,8 @@ from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe
 __all__ = ["PASSES", "SCRIPT", "flat", "flatten", "read", "write"]
 
 CLOCK, GATE = "clk", "gapkeeper_clock_gate"
-OFTEN = {"tx", "dac", "gap_reference"}   # outputs that are read in every clock
+# Outputs that are read in every clock.
+OFTEN = {"tx", "dac", "gap_reference", "adc_select", "adc_clock", "adc_command"}
 FILES = 3       # into which the parts go, to be compiled at the same time
 # From a hierarchy to one flat module. A memory is read within a clock, at the address that a
 # register keeps. A value that is not defined at the start is zero, as in Verilator's C++.
@@ -164,17 +165,20 @@ def _header(e, probes):
     words = sum(word.kind != "always" for word in e.words)
     late = len(e.waiting) // 64 + 1
     out = ["#pragma once", "#include <cstddef>", "#include <cstdint>", TYPES,
-           "struct Controller {", f"    u64 dirty[{words}];", f"    u64 pending[{late}];",
-           "    bool shown;"]
-    # The widest first: no gaps.
-    for wide in (128, 64, 32, 16, 8):
-        for index in sorted(e.stored):
-            node = netlist.nodes[index]
-            if kept_as(node.width) == f"u{wide}":
-                start = f" = {literal(node.initial)};" if node.initial else " = 0;"
-                out.append(f"    u{wide} n{index}{start}")
-                if index in e.deferred:
-                    out.append(f"    u{wide} x{index}{start}")
+           "struct Controller {"]
+    # Those of the parts of every clock first, in reach of short instructions, the narrowest first:
+    # they are the most. Of the others the widest first, so that there are no gaps.
+    hot = e.hot()
+    for narrow, members in ((True, hot), (False, e.stored - hot)):
+        for wide in sorted((8, 16, 32, 64, 128), reverse=not narrow):
+            for index in sorted(members):
+                node = netlist.nodes[index]
+                if kept_as(node.width) == f"u{wide}":
+                    start = f" = {literal(node.initial)};" if node.initial else " = 0;"
+                    out.append(f"    u{wide} n{index}{start}")
+                    if index in e.deferred:
+                        out.append(f"    u{wide} x{index}{start}")
+    out += [f"    u64 dirty[{words}];", f"    u64 pending[{late}];", "    bool shown;"]
     out += [f"    {table.kind} {table.name} = 0;"
             for writer in e.writers for table in writer.root.tables]
     for index in sorted(e.late):

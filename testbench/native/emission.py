@@ -12,18 +12,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from testbench.native.expressions import Expressions, kept_as, literal
-from testbench.native.netlist import Run
+from testbench.native.netlist import WORD, Run
 from testbench.native.parts import HELD, Parts
 from testbench.native.writer import PartWriter
 
 __all__ = ["Emission", "Word"]
 
-WORD = 64       # parts with their bits in one word
-
 
 @dataclass
 class Word:
-    """Parts that follow each other and whose bits are in one word; one ``always`` computed has none.
+    """Parts in order whose bits are in one word, or one that is ``always`` computed and has none.
 
     The parts of ``values`` have no registers: a clock is through with their bits when it has
     computed them. ``registers`` has nothing but registers: what they mark is for the next clock.
@@ -95,6 +93,15 @@ class Emission(Expressions):
             before = kind, part.early
         return found
 
+    def hot(self) -> set[int]:
+        """Stored values that the parts of every clock read or change."""
+        found = set()
+        for part in self.parts.parts:
+            if self.always(part.index):
+                for node in (*part.nodes, *part.sinks):
+                    found |= {node.index, *self.parts.reads[node.index]} & self.stored
+        return found
+
     # ---- marks
 
     def marks(self, index: int) -> str:
@@ -132,7 +139,8 @@ class Emission(Expressions):
         """C++ that writes ``data`` into a memory ``at`` an address, of the bits of ``en``."""
         memory = sink.memory
         array = f"s.m{memory.index}_{memory.pieces.index(sink.piece)}"
-        readers = self.marks_of({self.parts.place[read.index] for read in memory.reads})
+        places = {self.parts.place[read.index] for read in memory.reads}
+        readers = self.marks_of(place for place in places if not self.always(place))
         return (f"if (at < {memory.size}) {{ const u64 x = ({array}[at] & ~en) | (data & en); "
                 f"if (x != {array}[at]) {{ {array}[at] = ({kept_as(sink.piece[1])})x; "
                 f"{readers} }} }}")

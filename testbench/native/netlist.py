@@ -7,9 +7,9 @@ choices wider than 64 bits are cut, since their bits do not depend on each other
 
 from dataclasses import dataclass, field
 
-__all__ = ["Memory", "Netlist", "NetlistError", "Node", "Run"]
+__all__ = ["WORD", "Memory", "Netlist", "NetlistError", "Node", "Run"]
 
-WORD = 64
+WORD = 64       # bits of a word of C++
 BITWISE = {"$and", "$or", "$xor", "$not", "$mux"}
 REGISTERS = {"$dff", "$dffe"}
 KNOWN = BITWISE | {"$add", "$sub", "$mul", "$neg", "$eq", "$ne", "$lt", "$le", "$gt", "$ge",

@@ -28,9 +28,10 @@ BUSY = r"""
         | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | mean_level\.time
             | conduction\.age | discriminator\.(age|burnt) | contact(\$\d+)?\.still)))
     | gap_reference(\$\d+)? | dac(\$\d+)?(\[\d\])?"""
-# A sinker's cut goes along Z.
+# A sinker's cut goes along Z, and it jumps.
 SINKER = re.compile(BUSY + r"""
-    | soc\.controller\.drives\.axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+)""", re.X)
+    | soc\.controller\.drives\.axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+)
+    | soc\.controller\.motion\.retraction\.elapsed""", re.X)
 # A wire machine's cut goes along X and Y, and its converter is read all the time.
 WIRE = re.compile(BUSY + r"""
     | soc\.controller\.drives\.axis_[xy]\.(rest | dac(\$\d+)?\.modulator\.\w+)
@@ -69,7 +70,8 @@ class Parts:
     seen : list of list of Run
         Words that are read from outside between two clocks.
     busy : re.Pattern
-        Names of the registers whose readers are computed in every clock.
+        Names of the registers, and of values made of them, whose readers are computed in every
+        clock.
     """
 
     def __init__(self, netlist: Netlist, seen: list[list[Run]], busy: re.Pattern = SINKER):
@@ -206,7 +208,7 @@ class Parts:
         found = {}
         for index in self.order:
             hot = bool(self.reads[index] & busy)
-            if hot and nodes[index].width > 1:
+            if hot and (nodes[index].width > 1 or self._busy.fullmatch(nodes[index].name)):
                 busy.add(index)
             found[index] = self._class(nodes[index], hot)
         for node in nodes:

@@ -21,6 +21,9 @@ template <class Controller>
 void outputs(Controller& controller, plant::FromController& from) {
     from.dac = static_cast<uint8_t>(controller.dac());
     from.gap_reference = static_cast<uint8_t>(controller.gap_reference());
+    from.adc_select = static_cast<uint8_t>(controller.adc_select());
+    from.adc_clock = static_cast<uint8_t>(controller.adc_clock());
+    from.adc_command = static_cast<uint8_t>(controller.adc_command());
     if (!controller.shown)
         return;
     controller.shown = false;
@@ -32,9 +35,6 @@ void outputs(Controller& controller, plant::FromController& from) {
     from.gap_sense = static_cast<uint8_t>(controller.gap_sense());
     from.gap_level = static_cast<uint8_t>(controller.gap_level());
     from.gap_supply = static_cast<uint8_t>(controller.gap_supply());
-    from.adc_select = static_cast<uint8_t>(controller.adc_select());
-    from.adc_clock = static_cast<uint8_t>(controller.adc_clock());
-    from.adc_command = static_cast<uint8_t>(controller.adc_command());
     from.flash_select = static_cast<uint8_t>(controller.flash_select());
     from.flash_clock = static_cast<uint8_t>(controller.flash_clock());
     from.flash_command = static_cast<uint8_t>(controller.flash_command());
