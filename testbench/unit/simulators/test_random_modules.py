@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The C++ of random modules beside Amaranth's own simulator, in every clock."""
+
+import random
+from collections import defaultdict
+
+import pytest
+from amaranth.back import rtlil
+from amaranth.hdl import (
+    Cat,
+    ClockDomain,
+    ClockSignal,
+    DomainRenamer,
+    EnableInserter,
+    Instance,
+    Module,
+    Mux,
+    Signal,
+    signed,
+)
+from amaranth.lib.memory import Memory
+from amaranth.sim import Simulator
+
+from testbench.unit.simulators.translation import CLOCKS, drawn, outputs, translated
+
+WIDTHS = [1, 1, 1, 2, 3, 8, 9, 16, 31, 32, 33, 34, 36, 48, 63, 64]
+PLACES = ["a", "b", "soc.cpu", "soc.memory", "soc.uart"]
+COUNTERS = [2, 3, 5, 6, 7, 16, 33]
+BUSY = ["soc.cycle", "soc.sleep.left", "gap_reference", "soc.uart.receiver.timer"]
+
+
+class Drawn:
+    """A random module: registers and memories in modules with the controller's names.
+
+    ``inputs`` and ``outputs`` are its ports by name. Drawn twice with one seed, it is the same.
+    """
+
+    def __init__(self, seed, gate):
+        self.rng = random.Random(seed)
+        self.inputs = {f"i{at}": Signal(self.rng.choice(WIDTHS), name=f"i{at}") for at in range(4)}
+        self.known = list(self.inputs.values())
+        self.outputs = {}
+        self.top = Module()
+        self.modules = {"": self.top}
+        self.here = defaultdict(list)   # registers by module
+        self._gate = gate
+        self.enable = Signal(name="enable_of_the_processor")
+        registers = [self._register(f"{self.rng.choice(PLACES)}.r{at}") for at in range(24)]
+        busy = [self._register(name, COUNTERS) for name in BUSY]
+        registers += busy
+        for register, _ in busy:
+            for _ in range(3):
+                self._keep(register == self.rng.getrandbits(min(len(register), 3)), 1)
+        memories = [self._memory(place) for place in self.rng.sample(PLACES, 3)]
+        for _ in range(90):
+            self._value()
+        for at, (register, place) in enumerate(registers):
+            self._change(register, place, counts=at >= len(registers) - len(busy))
+        for memory, place in memories:
+            self._write(memory, place)
+        self.top.d.sync += self.enable.eq(self._bit())
+        self._join()
+
+    def _module(self, place):
+        if place not in self.modules:
+            self.modules[place] = Module()
+        return self.modules[place]
+
+    def _register(self, name, widths=WIDTHS):
+        place, _, own = name.rpartition(".")
+        width = self.rng.choice(widths)
+        register = Signal(width, name=own, init=self.rng.getrandbits(min(width, 4)))
+        self.known.append(register)
+        self.here[place].append(register)
+        port = Signal(width, name=f"o{len(self.outputs)}")
+        self.outputs[port.name] = port
+        self.top.d.comb += port.eq(register)
+        return register, place
+
+    def _memory(self, place):
+        memory = Memory(shape=self.rng.choice(WIDTHS), depth=8,
+                        init=[self.rng.getrandbits(1) for _ in range(8)])
+        self._module(place).submodules[f"memory{len(self.known)}"] = memory
+        read = memory.read_port(domain="comb")
+        self._module(self.rng.choice(PLACES)).d.comb += read.addr.eq(self._any())
+        self.known.append(read.data)
+        return memory, place
+
+    def _any(self):
+        """A known value, some bits of one, or a constant."""
+        value = self.rng.choice(self.known)
+        kind = self.rng.random()
+        if kind < 0.2 and len(value) > 1:
+            low = self.rng.randrange(len(value))
+            return value[low:self.rng.randint(low + 1, len(value))]
+        if kind < 0.3:
+            return value.as_signed()
+        return value
+
+    def _bit(self):
+        return self._any().any() if self.rng.random() < 0.5 else self._any()[0]
+
+    def _value(self):
+        """A new value of two or three known ones."""
+        one, two = self._any(), self._any()
+        made = self.rng.choice([
+            lambda: one + two, lambda: one - two, lambda: one * two[:8], lambda: one & two,
+            lambda: one | two, lambda: one ^ two, lambda: ~one, lambda: -one,
+            lambda: one < two, lambda: one >= two, lambda: one == two, lambda: one != two,
+            lambda: one == self.rng.getrandbits(2), lambda: Mux(self._bit(), one, two),
+            lambda: Mux(self._bit(), one, two), lambda: Cat(one, two), lambda: one.xor(),
+            lambda: one.all(),
+            lambda: Cat(one[0].replicate(7), two)])()
+        shape = self.rng.choice(WIDTHS)
+        self._keep(made, signed(shape) if self.rng.random() < 0.2 else shape)
+
+    def _keep(self, made, shape):
+        value = Signal(shape, name=f"w{len(self.known)}")
+        self._module(self.rng.choice(PLACES)).d.comb += value.eq(made)
+        self.known.append(value)
+
+    def _domain(self, place):
+        return "gated" if place == "soc.cpu" and self.rng.random() < 0.7 else "sync"
+
+    def _change(self, register, place, counts=False):
+        """What a register takes: under no condition, one, or of one of several."""
+        module = self._module(place)
+        domain = module.d[self._domain(place)]
+        kind = self.rng.random()
+        if counts and kind < 0.8:
+            with module.If(self._bit() & self._bit()):
+                domain += register.eq(self._any())
+            with module.Else():
+                domain += register.eq(register + 1)
+        elif kind < 0.2:
+            domain += register.eq(self._any())
+        elif kind < 0.5:    # registers that take each other's values
+            with module.If(self._bit()):
+                domain += register.eq(self.rng.choice(self.here[place]))
+            with module.Else():
+                domain += register.eq(self._any())
+        elif kind < 0.7:
+            with module.If(self._bit()):
+                domain += register.eq(self._any())
+            with module.Elif(self._bit()):
+                domain += register.eq(register + 1)
+        else:
+            with module.Switch(Cat(self._bit(), self._bit())):
+                for case in range(self.rng.randint(1, 3)):
+                    with module.Case(case):
+                        domain += register.eq(self._any())
+                with module.Default():
+                    domain += register.eq(self._any())
+
+    def _write(self, memory, place):
+        write = memory.write_port(domain=self._domain(place))
+        module = self._module(self.rng.choice(PLACES))
+        module.d.comb += [write.en.eq(self._bit()), write.addr.eq(self._any()),
+                          write.data.eq(self._any())]
+
+    def _join(self):
+        """Put the modules into each other by their names."""
+        # Those inside come first. A module between may have come by its name alone.
+        places = {*self.modules, "soc"} - {""}
+        for place in sorted(places, key=lambda name: (-name.count("."), name)):
+            outer, _, own = place.rpartition(".")
+            holder = self._module(outer)
+            module = self._module(place)
+            holder.submodules[own] = self._gate(module, self.enable) if place == "soc.cpu" \
+                else module
+
+
+def simulated(seed, inputs):
+    """Outputs after each clock in Amaranth's simulator."""
+    drawn_module = Drawn(seed, lambda module, enable: DomainRenamer({"gated": "sync"})(
+        EnableInserter({"gated": enable})(module)))
+    found = []
+
+    async def bench(context):
+        for row in inputs:
+            for name, value in row.items():
+                context.set(drawn_module.inputs[name], value)
+            await context.tick()
+            found.append(tuple(context.get(port) for port in drawn_module.outputs.values()))
+
+    simulator = Simulator(drawn_module.top)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(bench)
+    simulator.run()
+    return found
+
+
+def written(seed):
+    """RTLIL, and the ports' names and widths, of the same module."""
+    drawn_module = Drawn(seed, lambda module, enable: module)
+    top = drawn_module.top
+    top.domains.sync = sync = ClockDomain(reset_less=True)
+    top.domains.gated = gated = ClockDomain(reset_less=True)
+    sync.clk = Signal(name="clk")
+    top.submodules.gate = Instance(
+        "gapkeeper_clock_gate", i_clock=ClockSignal("sync"), i_enable=drawn_module.enable,
+        o_gated=gated.clk)
+    ports = [sync.clk, *drawn_module.inputs.values(), *drawn_module.outputs.values()]
+    text = rtlil.convert(top, name="gapkeeper", ports=ports)
+    return text, [*drawn_module.outputs], {name: len(port)
+                                           for name, port in drawn_module.inputs.items()}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_random_module_does_in_every_clock_what_amaranths_simulator_does(seed, tmp_path):
+    text, names, widths = written(seed)
+    inputs = drawn(seed, **widths)
+    wanted = simulated(seed, inputs)
+    assert len(set(wanted)) > CLOCKS / 2
+    found = outputs(tmp_path, translated(tmp_path, "il", text), names, inputs)
+    assert len(found) == len(wanted)
+    for clock, (one, two) in enumerate(zip(found, wanted, strict=True)):
+        assert dict(zip(names, one, strict=True)) == dict(zip(names, two, strict=True)), clock

