@@ -59,7 +59,16 @@ int main() {{
     return [tuple(map(int, line.split())) for line in out.stdout.splitlines()]
 
 
-def drawn(seed, **widths):
-    """Random inputs of some widths for every clock."""
+def drawn(seed, quiet=0.0, **widths):
+    """Random inputs of some widths for every clock; each stays with the probability ``quiet``.
+
+    While inputs stay, what is not computed for nothing shows.
+    """
     rng = random.Random(seed)
-    return [{name: rng.getrandbits(bits) for name, bits in widths.items()} for _ in range(CLOCKS)]
+    row = dict.fromkeys(widths, 0)
+    found = []
+    for _ in range(CLOCKS):
+        row = {name: row[name] if rng.random() < quiet else rng.getrandbits(bits)
+               for name, bits in widths.items()}
+        found.append(row)
+    return found
