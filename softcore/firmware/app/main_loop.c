@@ -41,7 +41,7 @@
    sleeps it also runs its checks of the machine. The watchdog's interrupt waits for the end of a
    sleep, so two sleeps must be shorter than the watchdog's period. */
 #define LONG_SLEEP_CLOCKS 4500
-#define LONG_SLEEPS 64
+#define LONG_SLEEPS 16
 #define SLEEPS_A_LOOK 6
 
 /* A task with more work may go on for this many clocks and steps. A short block or a piece of an
