@@ -82,9 +82,10 @@ class PartWriter(Plan):
     def _write(self, block, depth):
         out = []
         awaited = self.e.parts.awaited[self.part.index]
-        if any(item.reads & awaited for item in self._items(block)
-               if isinstance(item.what, Node)
-               or (isinstance(item.what, tuple) and isinstance(item.what[0], Node))):
+        own = [item.reads for item in self._items(block) if isinstance(item.what, Node)
+               or (isinstance(item.what, tuple) and isinstance(item.what[0], Node))]
+        own += [self._sources(select) for _, select, _, _ in block.choices]
+        if any(reads & awaited for reads in own):
             out.append("    " * depth + self.e.marks_of([self.part.index]))
         for item in ordered(self._items(block)):
             if isinstance(item.what, Node):

