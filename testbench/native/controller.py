@@ -23,7 +23,7 @@ from testbench.native.probes import MEMORY, PARITY, PROBES, TOP, Probe
 __all__ = ["PASSES", "SCRIPT", "flat", "flatten", "read", "write"]
 
 CLOCK, GATE = "clk", "gapkeeper_clock_gate"
-# Outputs that are read in every clock.
+# Outputs that are read in every clock: those before the test of `shown` in pins.hpp.
 OFTEN = {"tx", "dac", "gap_reference", "adc_select", "adc_clock", "adc_command"}
 FILES = 3       # into which the parts go, to be compiled at the same time
 # From a hierarchy to one flat module. A memory is read within a clock, at the address that a

@@ -57,7 +57,7 @@ class Expressions:
         self.changed: set[int] = set()  # registers that it has changed so far
         self.copied: set[int] = set()   # those of them whose old value it still reads
         self.narrow = self._narrow()
-        self.tabulated = -1             # the word of whose values a table is made
+        self.tabulated = -1             # index of the register whose values a table is made for
 
     def _narrow(self):
         """Nodes that follow from one narrow register alone, with this register."""

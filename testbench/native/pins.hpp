@@ -16,7 +16,7 @@ struct Inputs {
 };
 
 // Reads the controller's outputs. `shown` is set if one may have changed that is not among the
-// first, which change in most clocks.
+// first, which change in most clocks: those, and tx, are OFTEN in controller.py.
 template <class Controller>
 void outputs(Controller& controller, plant::FromController& from) {
     from.dac = static_cast<uint8_t>(controller.dac());

@@ -53,6 +53,7 @@ class Step:
 
     name: str
 
+
 class Plan:
     """One part in blocks: a node that only one branch of a choice needs is computed in it.
 
@@ -311,6 +312,7 @@ class Plan:
         users = self.e.parts.users
         return sum(cost.get(source, 0) for run in word if run.node >= 0
                    for source in self.e.parts.through([run.node]) if len(users[source]) == 1)
+
     def guards(self) -> dict[int, str]:
         """C++ of a condition for every value that this part uses only under that condition."""
         found = {}
@@ -339,8 +341,10 @@ class Plan:
             return node.kind.removeprefix("$"), node.ports["S"]
         return next((kind, select) for kind, select, one, _ in self.blocks[path].choices
                     if one == number)
+
     def _sources(self, *words):
         return self.e.parts.through(run.node for word in words for run in word if run.node >= 0)
+
     @staticmethod
     def _bit(word, at):
         """Bit ``at`` of a word, as a word."""

@@ -70,6 +70,7 @@ class PartWriter(Plan):
             word = [Run(sink.width, sink.index)]
         words = self.e.parts.words(sink) if word is None else [word]
         return Item(what, self._sources(*words), changes={sink.index} & self.reread)
+
     def _inside(self, block, number, labels):
         """Statements of the branches of a choice in a block."""
         blocks = (self._inner((*block.path, (number, label))) for label in set(labels))
@@ -138,6 +139,7 @@ class PartWriter(Plan):
             changed |= self.e.changed
         self.e.changed = changed
         return out
+
     def _mux(self, node, block, depth):
         pad = "    " * depth
         zero = self._inner((*block.path, (-node.index, 0)))

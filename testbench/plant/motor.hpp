@@ -113,7 +113,6 @@ public:
     double position() const { return nut() + error(); } // of the axis, pulses
     double speed() const { return speed_; }           // mm/s
     double command() const { return filtered_; }      // mm/s: U above
-    void put(double speed_mm_s) { speed_ = speed_mm_s; }
 
     // Phases of the coder: A leads B on the way up.
     bool phase_a() const { return (edges_ & 3) == 1 || (edges_ & 3) == 2; }
