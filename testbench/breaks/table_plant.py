@@ -33,8 +33,8 @@ PLANT = (
     ),
     *breaks_of(
         "testbench/plant/motor.hpp", "unit/plant/test_axis.py",
-        ("return axis_ + error();", "return axis_;", "a wrong screw takes the axis beside"),
-        ("own_.slope * axis_ + own_.wave", "own_.wave", "its errors add up"),
+        ("return nut() + error();", "return nut();", "a wrong screw takes the axis beside"),
+        ("own_.slope * nut() + own_.wave", "own_.wave", "its errors add up"),
     ),
     *breaks_of(
         "testbench/plant/gap.cpp", "unit/plant/test_gap.py",
