@@ -8,6 +8,7 @@
 #include "app/homing.h"
 #include "app/homing_cycle.h"
 #include "app/image_watch.h"
+#include "app/jog.h"
 #include "app/jogging.h"
 #include "app/keep.h"
 #include "app/machine.h"
@@ -39,9 +40,10 @@
    sleeps longer: up to LONG_SLEEPS times LONG_SLEEP_CLOCKS. After each sleep it polls what comes
    without an event: an override, the next segment, the end of the path. After every SLEEPS_A_LOOK
    sleeps it also runs its checks of the machine. The watchdog's interrupt waits for the end of a
-   sleep, so two sleeps must be shorter than the watchdog's period. */
+   sleep, so two sleeps must be shorter than the watchdog's period. A jog and a touch-off are looked
+   at in every round: there is none of these long sleeps then. */
 #define LONG_SLEEP_CLOCKS 4500
-#define LONG_SLEEPS 16
+#define LONG_SLEEPS 32
 #define SLEEPS_A_LOOK 6
 
 /* A task with more work may go on for this many clocks and steps. A short block or a piece of an
@@ -55,6 +57,7 @@ static bool busy;               /* a task had work in this round */
 static bool worked;             /* a task had work in the last round */
 static bool checks;             /* the checks of the machine are made in this round */
 static bool calm;               /* no event and no byte ended the last sleep early */
+static bool moves;              /* when last looked at, the machine moved on along its path */
 
 static void pet(void) {
     watch_begin();
@@ -70,7 +73,7 @@ void main_loop_boot(void) {
     firmware_boot();
     turn = 0;
     busy = true;
-    worked = checks = calm = false;
+    worked = checks = calm = moves = false;
     profile_init();
     alarm_init();
     pet();
@@ -169,10 +172,19 @@ static bool rests(void) {
     return !program_running() && path_at_front() && meter_rests() && !keep_waits();
 }
 
-/* Does the machine move on, or rest, without help, and does nothing wait to be told? */
+/* Does the machine move on, or rest, without help? */
 static bool goes_by_itself(void) {
-    return (path_goes_on() || rests()) && events_idle() && !alarm_untold() && gap_settled() &&
-           link_rests();
+    moves = path_goes_on();
+    return moves || rests();
+}
+
+/* Does it still, after a sleep? */
+static bool goes_further(void) { return moves ? path_goes_further() : rests(); }
+
+/* Does nothing wait to be told or looked at? This changes only with an event, a byte or work. */
+static bool nothing_waits(void) {
+    return events_idle() && !alarm_untold() && gap_settled() && link_rests() && !jog_active() &&
+           touch_now() == TOUCH_NONE;
 }
 
 /* True if the sleep lasted its whole time. */
@@ -184,21 +196,27 @@ static bool sleep_for(uint32_t clocks) {
     return whole;
 }
 
-/* After `count` long sleeps: may another follow? */
-static bool sleeps_on(unsigned count) {
+/* The checks between two sleeps; false if they end the sleep. */
+static bool sleeps_through_checks(void) {
     uint32_t now = hal_cycle_low();
-    bool brought = count % SLEEPS_A_LOOK == 0 && watched(0, watch_over, &now);
-    return !brought && goes_by_itself() && !commands_wait();
+    return !watched(0, watch_over, &now) && nothing_waits() && goes_by_itself();
 }
 
 /* Sleep until an event or a byte comes, or until it is time for a round. Not inlined into the pass,
    which must stay quick. */
 __attribute__((noinline)) static void sleep_when_idle(void) {
-    bool on = goes_by_itself();
-    unsigned count = 0;
-    do
-        calm = sleep_for(on ? LONG_SLEEP_CLOCKS : SLEEP_CLOCKS);
-    while (on && calm && ++count < LONG_SLEEPS && sleeps_on(count));
+    if (!goes_by_itself() || !nothing_waits()) {
+        calm = sleep_for(SLEEP_CLOCKS);
+        return;
+    }
+    unsigned left = LONG_SLEEPS, unseen = 0; /* sleeps to come, and those since the last checks */
+    while ((calm = sleep_for(LONG_SLEEP_CLOCKS)) && --left) {
+        bool checked = ++unseen == SLEEPS_A_LOOK;
+        if (checked)
+            unseen = 0;
+        if (!(checked ? sleeps_through_checks() : goes_further()) || commands_wait())
+            return;
+    }
 }
 
 /* A pass serves the link and one other task. While nothing happens it serves the link once in a

@@ -70,6 +70,9 @@ bool path_at_front(void);
    is still in the segment where path_step saw it last. */
 bool path_goes_on(void);
 
+/* Does it still, if nothing has been done since path_goes_on was true? Quick. */
+bool path_goes_further(void);
+
 /* The rate of the present segment; 0 if the machine is at the end of the loaded segments. */
 uint32_t path_pace(void);
 

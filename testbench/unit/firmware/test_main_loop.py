@@ -10,7 +10,7 @@ from testbench.firmware import Controller, Memory
 from testbench.programs import punched
 
 TASKS = 4           # passes of a round; it sleeps in the last
-SLEEPS = 16         # in a row, as in app/main_loop.c
+SLEEPS = 32         # in a row, as in app/main_loop.c
 ROUNDS = 50
 ALWAYS = 1 << 31
 SILENT, KNOWN = 1 << 3, 1 << 4 # of the fluid's state, see hal.h
@@ -129,6 +129,17 @@ def test_what_wakes_it_begins_a_round_that_serves_the_link_in_each_pass(machine,
     assert keys(machine) == served + 2 * (TASKS - 1), "two keys more in each pass"
 
 
+@pytest.mark.parametrize("line", ["G38.2 Z-1 F6", "$J=G91 X20 F600"])
+def test_in_a_touch_off_and_in_a_jog_each_sleep_ends_with_a_round(machine, line):
+    """What ends them is looked at only there."""
+    machine.run(400)
+    assert sleeps(machine, ROUNDS) == SLEEPS
+    machine.library.gk_speed(0)
+    machine.line(line, 400)
+    assert "run" in machine.flags
+    assert sleeps(machine, 5) == 1
+
+
 def test_it_sleeps_no_further_when_the_machine_is_at_the_end(machine):
     on_its_way(machine)
     machine.run(TASKS - 1)
@@ -151,6 +162,19 @@ def test_it_sleeps_no_further_when_an_override_has_come(machine, byte):
     assert sleeps(machine, 1) == 1, "what is loaded has the old rate"
     machine.run(TASKS)
     assert sleeps(machine, 1) == SLEEPS, "it has been obeyed"
+
+
+def test_it_sleeps_no_further_in_another_segment(machine):
+    machine.library.gk_speed(0)
+    machine.tape(punched([DATA, "C130", "M03", "G91 G01 Z-.2 F6", "X.2", "M05", "M02"]), passes=400)
+    machine.library.gk_go(1000)
+    machine.run(400)
+    to_a_round(machine)
+    machine.run(TASKS - 1)
+    before = machine.library.gk_sleeps()
+    machine.library.gk_sleep_lasts(ALWAYS, 400)
+    machine.run(1)
+    assert machine.library.gk_sleeps() == before + 3, "1000 pulses of 2000 were left"
 
 
 def test_it_is_watched_over_in_between(machine):
