@@ -28,6 +28,19 @@ BUSY = r"""
         | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | mean_level\.time
             | conduction\.age | discriminator\.(age|burnt) | contact(\$\d+)?\.still)))
     | gap_reference(\$\d+)? | dac(\$\d+)?(\[\d\])?"""
+# Registers of the processor that change in less than a hundredth of the clocks in which it is
+# awake, as measured. What follows from them alone has parts of its own.
+SELDOM = re.compile(r"""soc\.cpu\.core\.(
+    CsrPlugin_(?!mcycle|minstret|selfException)\w+ | execute_CsrPlugin_\w+ | \w+_ENV_CTRL
+    | _zz_CsrPlugin_csrMapping_readDataInit | decode_to_execute_CSR_READ_OPCODE
+    | externalInterruptArray_regNext | \w+_to_\w+_(IS_CSR|IS_DIV|MEMORY_MANAGMENT)
+    | \w*memory_DivPlugin_(div_\w+|accumulator)(\[\d+\])?
+    | IBusCachedPlugin_(fetchPc_booted | s1_tightlyCoupledHit
+        | cache\.(lineLoader_flush\w+ | _zz_when_\w+ | _zz_ways_0_tags_port\[1\]))
+    | dataCache_1\.(stageA_wayInvalidate | stageB_(wayInvalidate | flusher_\w+ | dataColisions
+            | tagsReadRsp_0_error | mmuRsp_(is|allow|exception|refilling)\w*)
+        | loader_(error|killReg|valid_regNext) | _zz_loader_waysAllocator)
+    | dataCache_1_io_cpu_(execute_refilling | writeBack_exclusiveOk))""", re.X)
 # A sinker's cut goes along Z, and it jumps.
 SINKER = re.compile(BUSY + r"""
     | soc\.controller\.drives\.axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+)
@@ -205,8 +218,14 @@ class Parts:
         nodes = self.netlist.nodes
         busy = {node.index for node in nodes
                 if node.kind == "register" and self._busy.fullmatch(node.name)}
+        seldom = {node.index for node in nodes
+                  if node.kind == "register" and SELDOM.fullmatch(node.name)}
         found = {}
         for index in self.order:
+            if self.reads[index] <= seldom and index not in self._early:
+                seldom.add(index)
+                found[index] = 1, self.module(nodes[index])
+                continue
             hot = bool(self.reads[index] & busy)
             if hot and (nodes[index].width > 1 or self._busy.fullmatch(nodes[index].name)):
                 busy.add(index)
@@ -270,8 +289,8 @@ class Parts:
         """Module of the controller that a node is in, by its name."""
         name = node.name
         if name.startswith("$flatten"):
-            return name.removeprefix("$flatten").rpartition(".")[0].replace("\\", "")
-        return name.rpartition(".")[0]
+            name = name.removeprefix("$flatten").rpartition(".")[0].replace("\\", "") + "."
+        return re.sub("axis_[xyz]", "axis", name.rpartition(".")[0])
 
     def _units(self, forced):
         """For every node the only other node that it is computed for, or itself."""

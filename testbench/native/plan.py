@@ -12,6 +12,8 @@ __all__ = ["Block", "Plan", "Step", "Table"]
 # Number of nodes in both branches of a choice up to which computing them is faster than a jump.
 FEW = {"processor": 8, "busy": 6, "": 3}
 MOST_TESTS = 3  # conditions in one guard
+SHORT = {"$and", "$logic_and", "$or", "$logic_or"}
+COSTLY = 6      # nodes behind an operand up to which it is computed even if the other one decides
 COPIES = 2      # of a choice between updates
 LEAST = 2       # values for which a table is worth while
 
@@ -80,7 +82,26 @@ class Plan:
         self.reread = self._reread()
         self.tabulates = part.name == "busy"   # what is computed in every clock is worth them
         self.constants: dict[str, str] = {}     # tables, by name
+        self.shortened = self._shorten()
         self._plan()
+
+    def _shorten(self):
+        """Make choices of single bits that one operand alone often decides; return the nodes."""
+        found = []
+        cost = self._costs() if self.part.name == "processor" else {}
+        for node in self.part.nodes if cost else ():
+            if node.kind not in SHORT or node.width > 1 or width(node.ports["A"]) > 1 \
+                    or width(node.ports["B"]) > 1:
+                continue
+            first, other = sorted((node.ports["A"], node.ports["B"]),
+                                  key=lambda word: self._cost(word, cost))
+            if self._cost(other, cost) <= COSTLY:
+                continue
+            found.append(node)
+            decided = [Run(1, constant=int("or" in node.kind))]
+            zero, one = (other, decided) if "or" in node.kind else (decided, other)
+            node.kind, node.ports = "$mux", {"S": first, "A": zero, "B": one}
+        return found
 
     def _reread(self):
         """Registers that change in place although this part reads them for other values too."""

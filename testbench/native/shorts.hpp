@@ -24,6 +24,8 @@ public:
     // `place` the coder's count of an axis; both are called only when they are needed.
     template <typename Path, typename Place>
     void look(uint64_t clock, bool contact, bool stopping, bool shorted, Path path, Place place) {
+        if (!(contact | contact_ | stopping | stopping_ | active_))
+            return;
         if (contact && !contact_)
             touched_ = clock;
         contact_ = contact;

@@ -24,8 +24,10 @@ from amaranth.sim import Simulator
 from testbench.unit.simulators.translation import CLOCKS, drawn, emission, outputs, translated
 
 WIDTHS = [1, 1, 1, 2, 3, 8, 9, 16, 31, 32, 33, 34, 36, 48, 63, 64]
-PLACES = ["a", "b", "soc.cpu", "soc.memory", "soc.uart"]
+CORE = "soc.cpu.core"
+PLACES = ["a", "b", "soc.cpu", CORE, "soc.memory", "soc.uart"]
 COUNTERS = [2, 3, 5, 6, 7, 16, 33]
+SELDOM = [f"{CORE}.CsrPlugin_mepc", f"{CORE}.CsrPlugin_mtval", f"{CORE}.memory_DivPlugin_div_done"]
 BUSY = ["soc.cycle", "soc.sleep.left", "gap_reference", "soc.uart.receiver.timer"]
 
 
@@ -48,13 +50,19 @@ class Drawn:
         self.enable = Signal(name="enable_of_the_processor")
         registers = [self._register(f"{self.rng.choice(PLACES)}.r{at}") for at in range(24)]
         busy = [self._register(name, COUNTERS) for name in BUSY]
-        registers += busy
         for register, _ in busy:
             for _ in range(3):
                 self._keep(register == self.rng.getrandbits(min(len(register), 3)), 1)
+        seldom = [self._register(name) for name in SELDOM]
+        for one, _ in seldom:
+            for other, _ in seldom:
+                self._keep(one + other, 8)
+        registers += seldom + busy
         memories = [self._memory(place) for place in self.rng.sample(PLACES, 3)]
-        for _ in range(90):
+        for at in range(90):
             self._value()
+            if at % 15 == 0:
+                self._decided()
         for at, (register, place) in enumerate(registers):
             self._change(register, place, counts=at >= len(registers) - len(busy))
         for memory, place in memories:
@@ -120,13 +128,23 @@ class Drawn:
         shape = self.rng.choice(WIDTHS)
         self._keep(made, signed(shape) if self.rng.random() < 0.2 else shape)
 
+    def _decided(self):
+        """A register of the processor that one bit often decides: the way to the other is long."""
+        register, place = self._register(f"{CORE}.d{len(self.known)}", [1])
+        other = self._any()
+        for _ in range(8):
+            other = (other + self._any())[:16]
+        one, other = self._bit(), other.xor()
+        self._module(place).d[self._domain(place)] += register.eq(
+            one & other if self.rng.random() < 0.5 else one | other)
+
     def _keep(self, made, shape):
         value = Signal(shape, name=f"w{len(self.known)}")
         self._module(self.rng.choice(PLACES)).d.comb += value.eq(made)
         self.known.append(value)
 
     def _domain(self, place):
-        return "gated" if place == "soc.cpu" and self.rng.random() < 0.7 else "sync"
+        return "gated" if place.startswith("soc.cpu") and self.rng.random() < 0.7 else "sync"
 
     def _change(self, register, place, counts=False):
         """What a register takes: under no condition, one, or of one of several."""
@@ -251,6 +269,9 @@ def test_random_modules_have_what_there_are_rules_for(tmp_path):
         found |= {"step" for writer in made.writers for name in writer.constants
                   if name.startswith("step")}
         found |= {word.kind for word in made.words}
+        found |= {"shortened" for writer in made.writers if writer.shortened}
+        found |= {"seldom" for part in made.parts.parts if part.name == CORE and part.nodes}
         found |= {"gated" for part in made.parts.parts if made.whole(part.index)
                   for sink in part.sinks if sink.enables}
-    assert found == {"awaited", "table", "step", "always", "values", "registers", "mixed", "gated"}
+    assert found == {"awaited", "table", "step", "always", "values", "registers", "mixed", "gated",
+                     "shortened", "seldom"}
