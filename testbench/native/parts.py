@@ -48,7 +48,8 @@ SINKER = re.compile(BUSY + r"""
 # A wire machine's cut goes along X and Y, and its converter is read all the time.
 WIRE = re.compile(BUSY + r"""
     | soc\.controller\.drives\.axis_[xy]\.(rest | dac(\$\d+)?\.modulator\.\w+)
-    | soc\.controller\.gap\.sampler\.\w+ | adc_(select|clock|command)(\$\d+)?""", re.X)
+    | soc\.controller\.gap\.sampler\.(phase|rises|lasts|before)
+    | adc_(select|clock|command)(\$\d+)?""", re.X)
 
 
 @dataclass(eq=False)
