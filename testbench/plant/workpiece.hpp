@@ -77,7 +77,11 @@ private:
 template <class Found>
 void Workpiece::each(double x_um, double y_um, double inner_um, double outer_um,
                      const Found& found) {
-    const auto index = [this](double um) { return static_cast<int32_t>(std::floor(um / cell_)); };
+    const auto index = [this](double um) {  // std::floor, but without a call
+        const double cells = um / cell_;
+        const auto whole = static_cast<int32_t>(cells);
+        return whole - (cells < whole);
+    };
     const int32_t low = index(y_um - outer_um), high = index(y_um + outer_um);
     const int32_t left = index(x_um - outer_um), right = index(x_um + outer_um);
     for (int32_t ty = tile_of(low); ty <= tile_of(high); ++ty)

@@ -57,7 +57,6 @@ static bool busy;               /* a task had work in this round */
 static bool worked;             /* a task had work in the last round */
 static bool checks;             /* the checks of the machine are made in this round */
 static bool calm;               /* no event and no byte ended the last sleep early */
-static bool moves;              /* when last looked at, the machine moved on along its path */
 
 static void pet(void) {
     watch_begin();
@@ -73,7 +72,7 @@ void main_loop_boot(void) {
     firmware_boot();
     turn = 0;
     busy = true;
-    worked = checks = calm = moves = false;
+    worked = checks = calm = false;
     profile_init();
     alarm_init();
     pet();
@@ -172,14 +171,11 @@ static bool rests(void) {
     return !program_running() && path_at_front() && meter_rests() && !keep_waits();
 }
 
-/* Does the machine move on, or rest, without help? */
-static bool goes_by_itself(void) {
-    moves = path_goes_on();
-    return moves || rests();
+/* Does the machine move on, or rest, without help? `moves` says which. */
+static bool goes_by_itself(bool *moves) {
+    *moves = path_goes_on();
+    return *moves || rests();
 }
-
-/* Does it still, after a sleep? */
-static bool goes_further(void) { return moves ? path_goes_further() : rests(); }
 
 /* Does nothing wait to be told or looked at? This changes only with an event, a byte or work. */
 static bool nothing_waits(void) {
@@ -199,28 +195,33 @@ static bool sleep_for(uint32_t clocks) {
 /* The checks between two sleeps; false if they end the sleep. */
 static bool sleeps_through_checks(void) {
     uint32_t now = hal_cycle_low();
-    return !watched(0, watch_over, &now) && nothing_waits() && goes_by_itself();
+    return !watched(0, watch_over, &now) && nothing_waits();
 }
 
 /* Sleep until an event or a byte comes, or until it is time for a round. Not inlined into the pass,
    which must stay quick. */
 __attribute__((noinline)) static void sleep_when_idle(void) {
-    if (!goes_by_itself() || !nothing_waits()) {
+    bool moves;
+    if (!goes_by_itself(&moves) || !nothing_waits()) {
         calm = sleep_for(SLEEP_CLOCKS);
         return;
     }
     unsigned left = LONG_SLEEPS, unseen = 0; /* sleeps to come, and those since the last checks */
     while ((calm = sleep_for(LONG_SLEEP_CLOCKS)) && --left) {
-        bool checked = ++unseen == SLEEPS_A_LOOK;
-        if (checked)
+        bool goes_on = false;
+        if (++unseen < SLEEPS_A_LOOK) {
+            goes_on = moves ? path_goes_further() : rests();
+        } else if (sleeps_through_checks()) {
             unseen = 0;
-        if (!(checked ? sleeps_through_checks() : goes_further()) || commands_wait())
+            goes_on = goes_by_itself(&moves);
+        }
+        if (!goes_on || commands_wait())
             return;
     }
 }
 
 /* A pass serves the link and one other task. While nothing happens it serves the link once in a
-   round. */
+   round. The next step of a depth series is staged before the next event is told. */
 void main_loop_pass(void) {
     uint32_t now = hal_cycle_low();
     unsigned task = turn++ % PROFILE_TASKS;
@@ -230,7 +231,7 @@ void main_loop_pass(void) {
     bool more = watched(task, task ? step : look, &now);
     for (unsigned count = 1; more && task != PROFILE_TASKS - 1 && count < STRETCH_STEPS &&
                              now - began < STRETCH_CLOCKS; count++)
-        more = watched(task, step, &now);
+        more = watched(task, task || gap_settled() ? step : look, &now);
     if (task == PROFILE_TASKS - 1) {
         if (!busy)
             sleep_when_idle();

@@ -89,10 +89,12 @@ bool depth_series_end(void) {
 void depth_series_replaced(void) { reached = false; }
 bool depth_series_reached(void) { return reached; }
 
-bool depth_series_waits(void) { return running && !armed && next != count; }
+bool depth_series_waits(void) {
+    look();
+    return running && !armed && next != count;
+}
 
 bool depth_series_step(void) {
-    look();
     if (!depth_series_waits() || hal_condition_pending())
         return false;
     in_force_stage(&steps[next].row);

@@ -46,12 +46,13 @@ memset:
     mv a3, a0
     andi a4, a0, 3
     bnez a4, 3f
+    beqz a1, 7f         /* mostly; a4 is zero */
     andi a1, a1, 255
     slli a4, a1, 8
     or a4, a4, a1
     slli a5, a4, 16
     or a4, a4, a5
-    andi a5, a2, -32
+7:  andi a5, a2, -32
     beqz a5, 2f
     add a5, a5, a0
 1:  sw a4, 0(a3)

@@ -46,7 +46,6 @@ static int32_t back_limit_in_force;
 static uint32_t limit, kept;
 static bool ceiling;
 static int32_t height;
-static unsigned slot_seen;                  /* by path_goes_on */
 /* The search for a new back limit, back along the path. */
 static struct {
     bool active;
@@ -440,12 +439,11 @@ uint32_t path_free(void) {
 }
 
 bool path_goes_on(void) {
-    slot_seen = hal_slot();
-    return goes_on() && !pace.active && corners_known_in(slot_seen);
+    return goes_on() && !pace.active && corners_known_in(hal_slot());
 }
 
 bool path_goes_further(void) {
-    return hal_slot() == slot_seen && hal_position() != window_bounds[BOUND_AHEAD];
+    return hal_position() != window_bounds[BOUND_AHEAD] && corners_known_in(hal_slot());
 }
 
 uint32_t path_pace(void) { return goes_on() ? window_segment(current())->rate : 0; }
