@@ -2,6 +2,7 @@
 #include "wire.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace plant {
@@ -41,6 +42,15 @@ double angle(double turn) {
     return (whole + std::atan2(part, 1 - part) / (PI / 2)) * PI / 2;
 }
 
+// Widths of so many sectors, radians.
+template <size_t COUNT>
+std::array<double, COUNT> widths() {
+    std::array<double, COUNT> found;
+    for (size_t i = 0; i < COUNT; ++i)
+        found[i] = angle((static_cast<double>(i) + 1) / COUNT) - angle(static_cast<double>(i) / COUNT);
+    return found;
+}
+
 }  // namespace
 
 void Wire::reset() {
@@ -74,20 +84,27 @@ void Wire::survey() {
     const double span = std::max(FOLDS * p_.gap.engagement_um, 2 * p_.workpiece.cell_um);
     double reach = std::min(p_.gap.reach_um, std::max(gap_, 0.0) + SLACK_UM) + span;
     double nearest;
+    // Squares of the distances of centres beyond which no cell of a sector is nearer than the one
+    // found: its surface is up to half a cell nearer than its centre.
+    std::array<double, SECTORS> beyond;
     for (;;) {
         nearest = 1e9;
+        beyond.fill(1e18);
         for (auto& sector : sectors_)
             sector = {1e9, 0, 0, false};
         workpiece_.each(x_, y_, radius - DENTED_UM, radius + reach,
                         [&](int32_t x, int32_t y, unsigned left) {
+            const double dx = workpiece_.centre(x) - x_, dy = workpiece_.centre(y) - y_;
+            const unsigned at = static_cast<unsigned>(turn(dx, dy) * SECTORS) % SECTORS;
+            if (dx * dx + dy * dy > beyond[at])
+                return;
             const double distance = workpiece_.distance(x_, y_, x, y, left);
             if (distance > nearest + span)
                 return;
-            const auto at = static_cast<unsigned>(
-                turn(workpiece_.centre(x) - x_, workpiece_.centre(y) - y_) * SECTORS);
-            Sector& sector = sectors_[at % SECTORS];
-            if (distance < sector.distance)
-                sector = {distance, x, y, true};
+            if (distance < sectors_[at].distance) {
+                sectors_[at] = {distance, x, y, true};
+                beyond[at] = (distance + workpiece_.cell_um()) * (distance + workpiece_.cell_um());
+            }
             nearest = std::min(nearest, distance);
         });
         if (nearest - radius + span <= reach || reach >= p_.gap.reach_um + span)
@@ -101,13 +118,13 @@ void Wire::survey() {
         engagement_ = 1;
         return;
     }
+    static const auto width = widths<SECTORS>();
     double sum = 0;
     for (unsigned i = 0; i < SECTORS; ++i) {
         weights_[i] = 0;
         if (!sectors_[i].found || sectors_[i].distance - nearest > span)
             continue;
-        const double width = angle((i + 1.0) / SECTORS) - angle(static_cast<double>(i) / SECTORS);
-        weights_[i] = width * std::exp((nearest - sectors_[i].distance) / p_.gap.engagement_um);
+        weights_[i] = width[i] * std::exp((nearest - sectors_[i].distance) / p_.gap.engagement_um);
         sum += weights_[i];
     }
     engagement_ = sum / PI;
