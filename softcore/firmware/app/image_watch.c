@@ -5,7 +5,7 @@
 #include "hal/hal.h"
 
 #define SLICE 64            /* words in a step: some 1000 clocks */
-#define SHARE 128           /* the pause after a step is this many times as long as the step */
+#define SHARE 64            /* the pause after a step is this many times as long as the step */
 
 static hal_image image;
 static uint32_t at, digest; /* number of words read in this round, and their digest */
