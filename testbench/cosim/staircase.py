@@ -18,7 +18,7 @@ IP = {100: 1, 110: 2, 120: 4, 130: 6, 140: 9, 150: 12,  # built in,
 STEPS = [(-0.05, 140), (-0.1, 130), (-0.15, 120), (-0.2, 100)]
 # From a switch to the next, at most, if its depth has been reached: firmware's clocks, or the time
 # in which the power supply and the references settle.
-LATE_CLOCKS, LATE_S = 8_000, 1e-3
+LATE_CLOCKS, LATE_S = 12_000, 1e-3
 
 
 def depth_series(steps):

@@ -177,7 +177,8 @@ static bool goes_by_itself(bool *moves) {
     return *moves || rests();
 }
 
-/* Does nothing wait to be told or looked at? This changes only with an event, a byte or work. */
+/* Does nothing wait to be told or looked at? This changes only with an event, a byte or work. A byte
+   ends a sleep. An event need not: the interrupt may take it before a sleep, or at the end of one. */
 static bool nothing_waits(void) {
     return events_idle() && !alarm_untold() && gap_settled() && link_rests() && !jog_active() &&
            touch_now() == TOUCH_NONE;
@@ -210,7 +211,7 @@ __attribute__((noinline)) static void sleep_when_idle(void) {
     while ((calm = sleep_for(LONG_SLEEP_CLOCKS)) && --left) {
         bool goes_on = false;
         if (++unseen < SLEEPS_A_LOOK) {
-            goes_on = moves ? path_goes_further() : rests();
+            goes_on = events_idle() && (moves ? path_goes_further() : rests());
         } else if (sleeps_through_checks()) {
             unseen = 0;
             goes_on = goes_by_itself(&moves);

@@ -183,6 +183,8 @@ uint32_t gk_sleeps(void);       /* times the processor went to sleep since boot 
    ones end at once. */
 void gk_sleep_lasts(uint32_t times, int32_t pulses);
 void gk_sleep_says(uint8_t byte);   /* a byte that comes over the link in the next sleep */
+/* An event that the interrupt takes as the next sleep ends: it ends none early. */
+void gk_sleep_meets(uint32_t kind, uint32_t detail);
 /* Settings that guard the machine: whether low fluid trips; for each axis, the following errors at
    rest and in motion. */
 void gk_guards(uint32_t words[7]);

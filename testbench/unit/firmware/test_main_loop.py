@@ -6,7 +6,7 @@ import ctypes
 import pytest
 
 from softcore.image import image_digest
-from testbench.firmware import Controller, Memory
+from testbench.firmware import KINDS, Controller, Memory
 from testbench.programs import punched
 
 TASKS = 4           # passes of a round; it sleeps in the last
@@ -175,6 +175,15 @@ def test_it_sleeps_no_further_in_another_segment(machine):
     machine.library.gk_sleep_lasts(ALWAYS, 400)
     machine.run(1)
     assert machine.library.gk_sleeps() == before + 3, "1000 pulses of 2000 were left"
+
+
+def test_it_sleeps_no_further_with_an_event_that_ended_no_sleep(machine):
+    on_its_way(machine)
+    machine.run(TASKS - 1)
+    before = machine.library.gk_sleeps()
+    machine.library.gk_sleep_meets(KINDS.index("fluid_class"), 0)
+    machine.run(1)
+    assert machine.library.gk_sleeps() == before + 1, "it is told now"
 
 
 def test_it_is_watched_over_in_between(machine):

@@ -35,6 +35,10 @@ def emission(folder, kind, text, places=()):
     module = made["modules"]["gapkeeper"]
     owners = {tuple(module["netnames"][name]["bits"]): name for name in places
               if name in module["netnames"]}
+    for name, net in module["netnames"].items():
+        owner = owners.get(tuple(net["bits"]))
+        if owner and "init" in net["attributes"]:   # of registers that are one, one name has it
+            module["netnames"][owner]["attributes"]["init"] = net["attributes"]["init"]
     module["netnames"] = {name: net for name, net in module["netnames"].items()
                           if name in module["ports"]
                           or owners.get(tuple(net["bits"]), name) == name}
