@@ -35,7 +35,7 @@ def emission(folder, kind, text, places=()):
     module = made["modules"]["gapkeeper"]
     owners = {tuple(module["netnames"][name]["bits"]): name for name in places
               if name in module["netnames"]}
-    for name, net in module["netnames"].items():
+    for net in module["netnames"].values():
         owner = owners.get(tuple(net["bits"]))
         if owner and "init" in net["attributes"]:   # of registers that are one, one name has it
             module["netnames"][owner]["attributes"]["init"] = net["attributes"]["init"]
