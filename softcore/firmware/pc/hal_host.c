@@ -432,23 +432,6 @@ void hal_interrupts(bool events) {
 
 void hal_discharge(bool machining) { discharge = machining; }
 
-static uint8_t says; /* byte that comes in the next sleep, 0 for none */
-void gk_sleep_says(uint8_t byte) { says = byte; }
-static uint32_t meets, met_detail;
-void gk_sleep_meets(uint32_t kind, uint32_t detail) {
-    meets = kind;
-    met_detail = detail;
-}
-void hal_sleep(uint32_t clocks) {
-    (void)gk_go(host_sleep(clocks));
-    if (says)
-        (void)gk_send(&says, 1);
-    says = 0;
-    if (meets)
-        gk_event(meets, met_detail, 0, 0);
-    meets = 0;
-}
-
 void hal_pet(uint8_t key) {
     if (key == 0xc3) {
         answers++;
