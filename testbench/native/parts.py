@@ -287,7 +287,7 @@ class Parts:
 
     @staticmethod
     def module(node):
-        """Module of the controller that a node is in, by its name."""
+        """Module of the controller that a node is in, by its name; one for those of all axes."""
         name = node.name
         if name.startswith("$flatten"):
             name = name.removeprefix("$flatten").rpartition(".")[0].replace("\\", "") + "."

@@ -12,7 +12,7 @@ __all__ = ["Block", "Plan", "Step", "Table"]
 # Number of nodes in both branches of a choice up to which computing them is faster than a jump.
 FEW = {"processor": 8, "busy": 6, "": 3}
 MOST_TESTS = 3  # conditions in one guard
-SHORT = {"$and", "$logic_and", "$or", "$logic_or"}
+SHORT = {"$and", "$logic_and", "$or", "$logic_or"}   # of single bits: one may decide alone
 COSTLY = 6      # nodes behind an operand up to which it is computed even if the other one decides
 COPIES = 2      # of a choice between updates
 LEAST = 2       # values for which a table is worth while
@@ -60,7 +60,8 @@ class Plan:
     """One part in blocks: a node that only one branch of a choice needs is computed in it.
 
     ``kept`` are the nodes whose value the class keeps, ``ends`` those of them that the part itself
-    does not read. ``constants`` are the tables that it looks up, as C++, by name.
+    does not read. ``constants`` are the tables that it looks up, as C++, by name. ``shortened``
+    are nodes of the netlist that the plan has made choices.
     """
 
     def __init__(self, emission, part):

@@ -46,8 +46,10 @@ double angle(double turn) {
 template <size_t COUNT>
 std::array<double, COUNT> widths() {
     std::array<double, COUNT> found;
-    for (size_t i = 0; i < COUNT; ++i)
-        found[i] = angle((static_cast<double>(i) + 1) / COUNT) - angle(static_cast<double>(i) / COUNT);
+    for (size_t i = 0; i < COUNT; ++i) {
+        const auto at = static_cast<double>(i);
+        found[i] = angle((at + 1) / COUNT) - angle(at / COUNT);
+    }
     return found;
 }
 

@@ -177,8 +177,8 @@ static bool goes_by_itself(bool *moves) {
     return *moves || rests();
 }
 
-/* Does nothing wait to be told or looked at? This changes only with an event, a byte or work. A byte
-   ends a sleep. An event need not: the interrupt may take it before a sleep, or at the end of one. */
+/* Does nothing wait to be told or looked at? This changes only with an event, a byte or work. A
+   byte ends a sleep. An event need not: the interrupt may take it before one, or as one ends. */
 static bool nothing_waits(void) {
     return events_idle() && !alarm_untold() && gap_settled() && link_rests() && !jog_active() &&
            touch_now() == TOUCH_NONE;

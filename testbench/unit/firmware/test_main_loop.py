@@ -37,14 +37,21 @@ def to_a_round(machine):
         machine.run(1)
 
 
-def on_its_way(machine):
+def on_its_way(machine, *blocks):
     """The discharge is on, and the machine stands within a line, without any event."""
     machine.library.gk_speed(0)
-    machine.tape(punched([DATA, "C130", "M03", "G01 Z-1 F6", "M05", "M02"]), passes=400)
+    machine.tape(punched([DATA, "C130", "M03", *(blocks or ["G01 Z-1 F6"]), "M05", "M02"]),
+                 passes=400)
     machine.library.gk_go(1000)
     machine.run(400)
     to_a_round(machine)
     assert machine.flags >= {"run", "discharge"}
+
+
+def sleeps_of_a_pass(machine):
+    before = machine.library.gk_sleeps()
+    machine.run(1)
+    return machine.library.gk_sleeps() - before
 
 
 def sleeps(machine, rounds):
@@ -143,10 +150,8 @@ def test_in_a_touch_off_and_in_a_jog_each_sleep_ends_with_a_round(machine, line)
 def test_it_sleeps_no_further_when_the_machine_is_at_the_end(machine):
     on_its_way(machine)
     machine.run(TASKS - 1)
-    before = machine.library.gk_sleeps()
     machine.library.gk_sleep_lasts(ALWAYS, 1000)
-    machine.run(1)
-    assert machine.library.gk_sleeps() == before + 9, "9000 pulses were left"
+    assert sleeps_of_a_pass(machine) == 9, "9000 pulses were left"
 
 
 @pytest.mark.parametrize("byte", [b"\x91", b"\x97"])
@@ -154,36 +159,26 @@ def test_it_sleeps_no_further_when_an_override_has_come(machine, byte):
     """The byte of an override does not wake the processor."""
     on_its_way(machine)
     machine.run(TASKS)
-    before = machine.library.gk_sleeps()
     machine.run(TASKS - 1)
     machine.library.gk_sleep_says(byte[0])
-    machine.run(1)
-    assert machine.library.gk_sleeps() == before + 1
+    assert sleeps_of_a_pass(machine) == 1
     assert sleeps(machine, 1) == 1, "what is loaded has the old rate"
     machine.run(TASKS)
     assert sleeps(machine, 1) == SLEEPS, "it has been obeyed"
 
 
 def test_it_sleeps_no_further_in_another_segment(machine):
-    machine.library.gk_speed(0)
-    machine.tape(punched([DATA, "C130", "M03", "G91 G01 Z-.2 F6", "X.2", "M05", "M02"]), passes=400)
-    machine.library.gk_go(1000)
-    machine.run(400)
-    to_a_round(machine)
+    on_its_way(machine, "G91 G01 Z-.2 F6", "X.2")
     machine.run(TASKS - 1)
-    before = machine.library.gk_sleeps()
     machine.library.gk_sleep_lasts(ALWAYS, 400)
-    machine.run(1)
-    assert machine.library.gk_sleeps() == before + 3, "1000 pulses of 2000 were left"
+    assert sleeps_of_a_pass(machine) == 3, "1000 pulses of 2000 were left"
 
 
 def test_it_sleeps_no_further_with_an_event_that_ended_no_sleep(machine):
     on_its_way(machine)
     machine.run(TASKS - 1)
-    before = machine.library.gk_sleeps()
     machine.library.gk_sleep_meets(KINDS.index("fluid_class"), 0)
-    machine.run(1)
-    assert machine.library.gk_sleeps() == before + 1, "it is told now"
+    assert sleeps_of_a_pass(machine) == 1, "it is told now"
 
 
 def test_it_is_watched_over_in_between(machine):
