@@ -90,6 +90,7 @@ Workpiece::Tile& Workpiece::tile(int32_t x, int32_t y) {
             for (int32_t column = 0; column < SIDE; ++column) {
                 const uint16_t grains = fresh(x * SIDE + column, y * SIDE + row);
                 place->left[static_cast<size_t>(row * SIDE + column)] = grains;
+                place->some[static_cast<size_t>(row)] |= static_cast<uint64_t>(grains > 0) << column;
                 place->whole += grains;
             }
     }
@@ -108,15 +109,17 @@ double Workpiece::take(int32_t x, int32_t y, double x_um, double y_um, double vo
     for (int tries = 0; wanted > 0 && tries < 4; ++tries, radius *= 2) {
         near_.clear();
         each(place_x, place_y, 0, radius, [&](int32_t cx, int32_t cy, unsigned left) {
-            Tile& here = tile(tile_of(cx), tile_of(cy));
-            near_.push_back({distance(x_um, y_um, cx, cy, left),
-                             &here.left[static_cast<size_t>(cell_in(cy) * SIDE + cell_in(cx))]});
+            near_.push_back({distance(x_um, y_um, cx, cy, left), &tile(tile_of(cx), tile_of(cy)),
+                             static_cast<size_t>(cell_in(cy)), static_cast<size_t>(cell_in(cx))});
         });
         std::sort(near_.begin(), near_.end(),
                   [](const Near& a, const Near& b) { return a.distance < b.distance; });
         for (const Near& one : near_) {
-            const auto grains = static_cast<uint16_t>(std::min<uint64_t>(wanted, *one.left));
-            *one.left = static_cast<uint16_t>(*one.left - grains);
+            uint16_t& left = one.tile->left[one.row * SIDE + one.column];
+            const auto grains = static_cast<uint16_t>(std::min<uint64_t>(wanted, left));
+            left = static_cast<uint16_t>(left - grains);
+            if (left == 0)
+                one.tile->some[one.row] &= ~(1ull << one.column);
             wanted -= grains;
             taken_ += grains;
             if (wanted == 0)

@@ -27,6 +27,7 @@ public:
     struct Tile {
         uint64_t whole = 0;  // grains when it was made
         std::array<uint16_t, SIDE * SIDE> left{};
+        std::array<uint64_t, SIDE> some{};  // by row, a bit for each cell that has material
     };
 
     // Starts again with the stock.
@@ -64,7 +65,8 @@ private:
 
     struct Near {
         double distance;
-        uint16_t* left;
+        Tile* tile;
+        size_t row, column;
     };
 
     StockParameters stock_;
@@ -90,6 +92,10 @@ void Workpiece::each(double x_um, double y_um, double inner_um, double outer_um,
             const int32_t first = tx * SIDE, last = first + SIDE - 1;
             for (int32_t y = std::max(low, ty * SIDE); y <= std::min(high, ty * SIDE + SIDE - 1);
                  ++y) {
+                const auto at = static_cast<size_t>(cell_in(y));
+                const uint64_t some = here.some[at];
+                if (some == 0)
+                    continue;
                 const double dy = centre(y) - y_um;
                 const double outer = outer_um * outer_um - dy * dy;
                 if (outer < 0)
@@ -97,12 +103,17 @@ void Workpiece::each(double x_um, double y_um, double inner_um, double outer_um,
                 const double reach = std::sqrt(outer);
                 const double inner = inner_um * inner_um - dy * dy;
                 const double spared = inner > 0 ? std::sqrt(inner) : 0;
-                const uint16_t* row = &here.left[static_cast<size_t>(cell_in(y)) * SIDE];
+                const uint16_t* row = &here.left[at * SIDE];
                 const auto span = [&](double from_um, double to_um) {
+                    const int32_t from = std::max(first, index(from_um));
                     const int32_t to = std::min(last, index(to_um));
-                    for (int32_t x = std::max(first, index(from_um)); x <= to; ++x)
-                        if (const uint16_t grains = row[cell_in(x)])
-                            found(x, y, grains);
+                    if (from > to)
+                        return;
+                    uint64_t rest = some & ~0ull << (from - first) & ~0ull >> (last - to);
+                    for (; rest != 0; rest &= rest - 1) {
+                        const int column = __builtin_ctzll(rest);
+                        found(first + column, y, row[column]);
+                    }
                 };
                 if (spared > cell_) {
                     span(x_um - reach, x_um - spared);
