@@ -45,7 +45,7 @@ INSIDE = ["-fvisibility=hidden", "-fno-semantic-interposition"]
 NETLIST = ["-O1"]
 IN_ORDER = ["-freorder-blocks-algorithm=stc"]
 # What makes C++ of the flat netlist.
-TRANSLATOR = ("netlist", "parts", "expressions", "order", "plan", "writer", "emission",
+TRANSLATOR = ("netlist", "parity", "parts", "expressions", "order", "plan", "writer", "emission",
               "controller")
 
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from softcore import top
-from testbench.native import compiling
+from testbench.native import compiling, parity
 from testbench.native.emission import Emission
 from testbench.native.expressions import kept_as, literal
 from testbench.native.netlist import Netlist, NetlistError, Run
@@ -68,6 +68,14 @@ typedef uint8_t u8; typedef uint16_t u16; typedef uint32_t u32; typedef uint64_t
 typedef int64_t i64; typedef unsigned __int128 u128; typedef __int128 i128;
 // What follows a change lies apart: in most clocks a value stays as it is.
 #define RARE(test) __builtin_expect(test, 0)
+// The parities of eight nibbles, as bits behind each other.
+static inline u64 parities(u32 x) {
+    x ^= x >> 1;
+    x = (x ^ x >> 2) & 0x11111111u;
+    x = (x | x >> 3) & 0x03030303u;
+    x = (x | x >> 6) & 0x000f000fu;
+    return (x | x >> 12) & 0xffu;
+}
 """
 
 
@@ -121,6 +129,7 @@ def read(folder: Path, probes: Sequence[Probe] = PROBES, busy: re.Pattern = SINK
     """
     module = json.loads((folder / "controller.json").read_text())["modules"]["gapkeeper"]
     netlist = Netlist(module, CLOCK, GATE)
+    parity.join(netlist.nodes)
     seen = [netlist.signal(name) for name in _ports(netlist, "output")]
     # Inputs have their values already, before anything is computed.
     inputs = {(TOP, name) for name in _ports(netlist, "input")}
@@ -289,6 +298,11 @@ def _rounds(e):
         lines = rounds[parts[word.parts[0]].early]
         if word.kind == "always":
             lines += [f"    part{index}(s);" for index in word.parts]
+            continue
+        if word.kind == "lone":
+            lines += [f"    if (s.dirty[{at}]) {{", f"        s.dirty[{at}] = 0;",
+                      f"        part{word.parts[0]}(s);", "    }"]
+            at += 1
             continue
         calls = ", ".join(f"part{index}" for index in word.parts)
         out.append(f"static void (*const PARTS_{at}[])(Controller&) = {{{calls}}};")

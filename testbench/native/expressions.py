@@ -190,8 +190,9 @@ class Expressions:
         if kind == "$reduce_and":
             return self._equals(a, [Run(run.width, constant=(1 << run.width) - 1) for run in a])
         if kind == "$reduce_xor":
-            return "(" + " ^ ".join(f"__builtin_parityll({self.word(piece)})"
-                                    for piece in self._pieces(a)) + ")"
+            return self._parity(a)
+        if kind == "$parities":
+            return f"parities((u32){self.word(a)})"
         if kind in {"$logic_and", "$logic_or"}:
             sign = "&" if kind == "$logic_and" else "|"
             return f"({self.true(a)} {sign} {self.true(ports['B'])})"
@@ -222,6 +223,23 @@ class Expressions:
             if run.node >= 0:
                 bits[run.node] = bits.get(run.node, 0) | ((1 << run.width) - 1) << run.low
         return "(" + (" | ".join(self._field(*one) for one in bits.items()) or "0ull") + ")"
+
+    def _parity(self, word):
+        """C++ of the parity of a word's bits, without any shift of nodes of up to 64 bits."""
+        bits: dict[int, int] = {}
+        odd, wide = 0, []
+        for run in word:
+            if run.node < 0:
+                odd ^= run.constant.bit_count() & 1
+            elif self.nodes[run.node].width > 64:
+                wide.append(run)
+            else:
+                bits[run.node] = bits.get(run.node, 0) ^ ((1 << run.width) - 1) << run.low
+        fields = [self._field(*one) for one in bits.items() if one[1]]
+        words = [" ^ ".join(fields)] * bool(fields)
+        words += [self.word(piece) for piece in self._pieces(wide) if piece]
+        found = [f"__builtin_parityll({word})" for word in words]
+        return "(" + " ^ ".join([*found, "1u"] if odd else found or ["0u"]) + ")"
 
     def _equals(self, word, constant):
         """C++ of whether a word equals a constant, 0 or 1, without any shift."""
