@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from testbench.native.expressions import Expressions, kept_as, literal
 from testbench.native.netlist import WORD, Run
-from testbench.native.parts import HELD, Parts
+from testbench.native.parts import HELD, LIVE, Parts
 from testbench.native.writer import PartWriter
 
 __all__ = ["Emission", "Word"]
@@ -25,7 +25,7 @@ class Word:
 
     The parts of ``values`` have no registers: a clock is through with their bits when it has
     computed them. ``registers`` has nothing but registers: what they mark is for the next clock.
-    ``mixed`` has both.
+    ``mixed`` has both. A ``lone`` part has a word of its own: it is reached without a table.
     """
 
     kind: str
@@ -51,6 +51,7 @@ class Emission(Expressions):
         self.late = self._late()
         self.words = self._words()
         marked = [word for word in self.words if word.kind != "always"]
+        self._lone = {at for at, word in enumerate(marked) if word.kind == "lone"}
         self.marked = [part for word in marked for part in word.parts]
         self._place = {part: (at, bit) for at, word in enumerate(marked)
                        for bit, part in enumerate(word.parts)}
@@ -85,9 +86,11 @@ class Emission(Expressions):
         before = None
         for part in self.parts.parts:
             kind = ("always" if self.always(part.index) else
+                    "lone" if part.name in LIVE else
                     "mixed" if both and both[0] <= part.index <= both[-1] else
                     "registers" if part.sinks else "values")
-            if (kind, part.early) != before or kind == "always" or len(found[-1].parts) == WORD:
+            if (kind, part.early) != before or kind in {"always", "lone"} \
+                    or len(found[-1].parts) == WORD:
                 found.append(Word(kind))
             found[-1].parts.append(part.index)
             before = kind, part.early
@@ -133,7 +136,8 @@ class Emission(Expressions):
         words = defaultdict(int)
         for at, bit in (self._place[reader] for reader in readers):
             words[at] |= 1 << bit
-        return " ".join(f"s.dirty[{at}] |= {literal(bits)};" for at, bits in sorted(words.items()))
+        return " ".join(f"s.dirty[{at}] {'=' if at in self._lone else '|='} {literal(bits)};"
+                        for at, bits in sorted(words.items()))
 
     def written(self, sink) -> str:
         """C++ that writes ``data`` into a memory ``at`` an address, of the bits of ``en``."""

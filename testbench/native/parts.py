@@ -11,6 +11,8 @@ from testbench.native.netlist import Netlist, NetlistError, Node, Run
 
 __all__ = ["SINKER", "WIRE", "Part", "Parts"]
 
+LIVE = ("axis_x", "axis_y", "axis_z")   # groups of registers that change in every clock for a while
+WHOLE = (*LIVE, "busy", "processor")    # classes whose nodes are not spread over several parts
 HELD = {"input", "register"}        # keep their value; all other nodes are computed
 SINKS = {"register", "write"}
 DECODER = 8                         # comparisons of one word with so many constants
@@ -26,7 +28,7 @@ BUSY = r"""
         | power\.pulses\.remaining
         | drives\.(count | axis_[xyz]\.(drive_lag|supervision)\.step)
         | gap\.(references\.remainder_\d | feed_mode(\$\d+)?\.step | mean_level\.time
-            | conduction\.age | discriminator\.(age|burnt) | contact(\$\d+)?\.still)))
+            | conduction\.age | discriminator\.age)))
     | gap_reference(\$\d+)? | dac(\$\d+)?(\[\d\])?"""
 # Registers of the processor that change in less than a hundredth of the clocks in which it is
 # awake, as measured. What follows from them alone has parts of its own.
@@ -41,13 +43,16 @@ SELDOM = re.compile(r"""soc\.cpu\.core\.(
             | tagsReadRsp_0_error | mmuRsp_(is|allow|exception|refilling)\w*)
         | loader_(error|killReg|valid_regNext) | _zz_loader_waysAllocator)
     | dataCache_1_io_cpu_(execute_refilling | writeBack_exclusiveOk))""", re.X)
-# A sinker's cut goes along Z, and it jumps.
+# Registers, and values made of them, that change in every clock for a long time, and then not at
+# all for as long: an axis moves or rests. The first group is the name of the axis.
+LIVELY = re.compile(r"""
+    (?:\$flatten\\)? soc\.\\?controller\.\\?drives\.\\?(axis_[xyz])\.
+    (rest | \\?dac(\$\d+)?\.(modulator\.\w+ | \$\d+))""", re.X)
+# A sinker's discharges burn for long, and it jumps.
 SINKER = re.compile(BUSY + r"""
-    | soc\.controller\.drives\.axis_z\.(rest | dac(\$\d+)?\.modulator\.\w+)
-    | soc\.controller\.motion\.retraction\.elapsed""", re.X)
-# A wire machine's cut goes along X and Y, and its converter is read all the time.
+    | soc\.controller\.(motion\.retraction\.elapsed | gap\.discriminator\.burnt)""", re.X)
+# The converter of a wire machine is read all the time.
 WIRE = re.compile(BUSY + r"""
-    | soc\.controller\.drives\.axis_[xy]\.(rest | dac(\$\d+)?\.modulator\.\w+)
     | soc\.controller\.gap\.sampler\.(phase|rises|lasts|before)
     | adc_(select|clock|command)(\$\d+)?""", re.X)
 
@@ -221,6 +226,8 @@ class Parts:
                 if node.kind == "register" and self._busy.fullmatch(node.name)}
         seldom = {node.index for node in nodes
                   if node.kind == "register" and SELDOM.fullmatch(node.name)}
+        lively = self.lively = {node.index: match[1] for node in nodes if node.kind == "register"
+                                and (match := LIVELY.fullmatch(node.name))}
         found = {}
         for index in self.order:
             if self.reads[index] <= seldom and index not in self._early:
@@ -230,11 +237,14 @@ class Parts:
             hot = bool(self.reads[index] & busy)
             if hot and (nodes[index].width > 1 or self._busy.fullmatch(nodes[index].name)):
                 busy.add(index)
-            found[index] = self._class(nodes[index], hot)
+            found[index] = self._class(nodes[index], hot, self._group(index, lively))
+            if found[index][1] in LIVE and (nodes[index].width > 1
+                                            or LIVELY.fullmatch(nodes[index].name)):
+                lively[index] = found[index][1]
         for node in nodes:
             if node.kind in SINKS:
                 hot = node.index in busy or bool(self.reads[node.index] & busy)
-                found[node.index] = self._class(node, hot)
+                found[node.index] = self._class(node, hot, self._group(node.index, lively))
         private = {index for index, (stage, where) in found.items()
                    if stage and where == "busy"} - forced
         for node in self.netlist.nodes:
@@ -273,9 +283,14 @@ class Parts:
     def _kind(self, index):
         """Kind of a node's class: a node is computed only for another one of its kind."""
         stage, where = self._classes[index]
-        return stage == 0, where if where in {"busy", "processor"} else ""
+        return stage == 0, where if where in WHOLE else ""
 
-    def _class(self, node, hot):
+    def _group(self, index, lively):
+        """The lively group that a node belongs to, by its name or by all that it reads, or ""."""
+        groups = {lively.get(source, "") for source in (index, *self.reads[index])} - {""}
+        return groups.pop() if len(groups) == 1 else ""
+
+    def _class(self, node, hot, group=""):
         if node.index in self._early:
             return (0, "busy" if hot else self.module(node))
         sink = node.kind in SINKS
@@ -283,7 +298,7 @@ class Parts:
             return (1, "processor")
         if hot:
             return (3 if sink else 1, "busy")
-        return (2 if sink else 1, self.module(node))
+        return (2 if sink else 1, group or self.module(node))
 
     @staticmethod
     def module(node):
@@ -332,13 +347,14 @@ class Parts:
             where, part = None, None
             while ready := [key for key in heaps if key[0] == now]:
                 if where not in heaps:
+                    last = where
                     where, part = min(ready, key=lambda key: (
-                        ("busy", "processor").index(key[1]) if key[1] in {"busy", "processor"}
-                        else -1, -len(heaps[key]))), None
+                        not (last and last[1] in LIVE and key[1] in LIVE),
+                        WHOLE.index(key[1]) if key[1] in WHOLE else -1, -len(heaps[key]))), None
                 root = heappop(heaps[where])
                 if not heaps[where]:
                     del heaps[where]
-                whole = where[1] in {"busy", "processor"}
+                whole = where[1] in WHOLE
                 if part is None or (not whole
                                     and len(part.nodes) + len(part.sinks) >= LARGEST):
                     part = Part(len(parts), early=now == 0, name=where[1])

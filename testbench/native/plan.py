@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 from testbench.native.expressions import kept_as, width
 from testbench.native.netlist import WORD, Node, Run
+from testbench.native.parts import LIVE
 
 __all__ = ["Block", "Plan", "Step", "Table"]
 
 # Number of nodes in both branches of a choice up to which computing them is faster than a jump.
-FEW = {"processor": 8, "busy": 6, "": 3}
+FEW = {"processor": 8, "busy": 6, **dict.fromkeys(LIVE, 6), "": 3}
 MOST_TESTS = 3  # conditions in one guard
 SHORT = {"$and", "$logic_and", "$or", "$logic_or"}   # of single bits: one may decide alone
 COSTLY = 6      # nodes behind an operand up to which it is computed even if the other one decides

@@ -203,7 +203,10 @@ class PartWriter(Plan):
         """C++ that stores a node's value, and tells its readers if it is another."""
         name, kind = f"s.n{node.index}", kept_as(node.width)
         store, marks = f"{name} = ({kind}){value};", self.e.marks(node.index)
-        return f"if (RARE({value} != {name})) {{ {store} {marks} }}" if marks else store
+        test = f"{value} != {name}"
+        if node.index not in self.e.parts.lively:
+            test = f"RARE({test})"
+        return f"if ({test}) {{ {store} {marks} }}" if marks else store
 
     def _pending(self):
         """C++ after which this part's late changes are made at the end of the clock."""
