@@ -28,6 +28,8 @@ CORE = "soc.cpu.core"
 PLACES = ["a", "b", "soc.cpu", CORE, "soc.memory", "soc.uart"]
 COUNTERS = [2, 3, 5, 6, 7, 16, 33]
 SELDOM = [f"{CORE}.CsrPlugin_mepc", f"{CORE}.CsrPlugin_mtval", f"{CORE}.memory_DivPlugin_div_done"]
+LIVELY = [f"soc.controller.drives.{name}" for name in
+          ("axis_x.rest", "axis_x.dac.modulator.due", "axis_y.rest")]
 BUSY = ["soc.cycle", "soc.sleep.left", "gap_reference", "soc.uart.receiver.timer"]
 
 
@@ -68,6 +70,7 @@ class Drawn:
         for memory, place in memories:
             self._write(memory, place)
         self.top.d.sync += self.enable.eq(self._bit())
+        self._live()
         self._join()
 
     @property
@@ -138,10 +141,38 @@ class Drawn:
         self._module(place).d[self._domain(place)] += register.eq(
             one & other if self.rng.random() < 0.5 else one | other)
 
+    def _live(self):
+        """Registers that change for a while, and then not for as long; and parities of nibbles."""
+        moves = [self._any()[0] for _ in range(3)]
+        lively = [self._register(name, [3, 9, 16, 33]) for name in LIVELY]
+        for (register, place), goes in zip(lively, moves, strict=True):
+            for other, _ in lively:
+                self._keep(register + other, self.rng.choice([8, 16]))
+                self._keep(register > self._any()[:3], 1)
+            with self._module(place).If(goes):
+                self._module(place).d.sync += register.eq(register + self._any()[:2])
+        for _ in range(15):
+            self._value()
+        words = [one for one in self.known if len(one) >= 31]
+        busy = Cat(*self.inputs.values()).replicate(64)
+        for at, word in enumerate(self.rng.sample(words, 6)):
+            word = self._keep(word ^ busy[at:at + 64], len(word))
+            low = self.rng.randrange(len(word) % 4 + 1)
+            parities = Cat(word[bit:bit + 4].xor() for bit in range(low, len(word) - 3, 4))
+            if at % 2:      # not both: then they would not be for it alone
+                self._keep(Cat(parities, self._any()).xor(), 1)
+            else:
+                register, place = self._register(f"{self.rng.choice(PLACES)}.p{at}", [16])
+                self._module(place).d.sync += register.eq(parities)
+        readers = [self._register(f"{self.rng.choice(PLACES)}.l{at}") for at in range(6)]
+        for register, place in readers:
+            self._change(register, place)
+
     def _keep(self, made, shape):
         value = Signal(shape, name=f"w{len(self.known)}")
         self._module(self.rng.choice(PLACES)).d.comb += value.eq(made)
         self.known.append(value)
+        return value
 
     def _domain(self, place):
         return "gated" if place.startswith("soc.cpu") and self.rng.random() < 0.7 else "sync"
@@ -201,8 +232,9 @@ class Drawn:
 
     def _join(self):
         """Put the modules into each other by their names."""
-        # Those inside come first. A module between may have come by its name alone.
-        places = {*self.modules, "soc"} - {""}
+        # Those inside come first. A module between may be there by its name alone.
+        places = {place[:at] for place in self.modules if place
+                  for at in range(len(place) + 1) if place[at:at + 1] in {"", "."}}
         for place in sorted(places, key=lambda name: (-name.count("."), name)):
             outer, _, own = place.rpartition(".")
             holder = self._module(outer)
@@ -274,5 +306,6 @@ def test_random_modules_have_what_there_are_rules_for(tmp_path):
         found |= {"seldom" for part in made.parts.parts if part.name == CORE and part.nodes}
         found |= {"gated" for part in made.parts.parts if made.whole(part.index)
                   for sink in part.sinks if sink.enables}
-    assert found == {"awaited", "table", "step", "always", "values", "registers", "mixed", "gated",
-                     "shortened", "seldom"}
+        found |= {"parities" for node in made.nodes if node.kind == "$parities"}
+    assert found == {"awaited", "table", "step", "always", "lone", "values", "registers", "mixed",
+                     "gated", "shortened", "seldom", "parities"}
