@@ -88,6 +88,18 @@ public:
         advance_ = resting ? 0 : speed_ * pulses_per_mm_ * clock_s_;
     }
 
+    // Whether the coder stays as it is until the next tick. Then `go` may take the place of `clock`.
+    bool stays() const {
+        const double end = position_ + advance_ * clocks_;
+        return std::max(position_, end) < upper_ - SURE && std::min(position_, end) > lower_ + SURE;
+    }
+
+    // So many clocks of a motor that stays.
+    void go(unsigned clocks) {
+        for (; clocks != 0 && advance_ != 0; --clocks)
+            position_ += advance_;
+    }
+
     // Every clock; returns whether the coder may have changed: by one edge at most. The coder has a
     // hysteresis of a fifth of a pulse, so that an axis at rest on an edge does not chatter.
     bool clock() {
@@ -121,6 +133,8 @@ public:
     bool index() const { return index_; }
 
 private:
+    static constexpr double SURE = 1e-3;    // pulses; far more than a sum's rounding
+
     void turn(int32_t by) {
         count_ += by;
         index_ = own_.turn != 0 && (count_ - own_.index) % own_.turn == 0;

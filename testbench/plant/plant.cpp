@@ -84,6 +84,7 @@ bool Plant::get(const std::string& name, double& value) {
         value = *found->second;
         return true;
     }
+    catch_up();
     const std::map<std::string, double> readings = {
         {"read.gap_um", gap_->gap_um()},
         {"read.depth_um", sinker_.depth_um()},
@@ -141,6 +142,8 @@ Cavity Plant::cavity_with(const std::map<std::string, double>& numbers) const {
 }
 
 void Plant::configure() {
+    catch_up();
+    still_ = false;
     clocks_per_tick_ =
         std::max(1u, static_cast<unsigned>(std::lround(p_.tick_us * p_.clock_hz / 1e6)));
     const OwnDrive own[AXES] = {own_drive(p_.x, p_.pulses_per_mm), own_drive(p_.y, p_.pulses_per_mm),
@@ -181,12 +184,23 @@ double Plant::electrode_um() const {
     return p_.initial_gap_um + axes_[Z].position() / p_.pulses_per_mm * 1000;
 }
 
+// While no coder changes, the axes go on only when their places are wanted.
+void Plant::catch_up() {
+    if (still_)
+        for (auto& axis : axes_)
+            axis.go(phase_ - caught_up_);
+    caught_up_ = phase_;
+}
+
 void Plant::tick(const FromController& from) {
-    phase_ = 0;
+    catch_up();
+    phase_ = caught_up_ = 0;
     const double dt = clocks_per_tick_ / p_.clock_hz;
+    still_ = true;
     for (int axis = 0; axis < AXES; ++axis) {
         axes_[axis].dac(counted(up_, axis) - counted(down_, axis));
         axes_[axis].tick(from.drive_enable >> axis & 1);
+        still_ = still_ && axes_[axis].stays();
     }
     up_ = down_ = 0;
     gap_->tick({axes_[0].position() / p_.pulses_per_mm * 1000,

@@ -64,8 +64,9 @@ public:
         if (from.step != step_)
             steps(from);
         bool turned = !lines_.sound() || configured_;
-        for (auto& axis : axes_)
-            turned |= axis.clock();
+        if (!still_)
+            for (auto& axis : axes_)
+                turned |= axis.clock();
         gates(from);
         bool changed = turned;
         const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
@@ -131,6 +132,7 @@ private:
     };
 
     void configure();
+    void catch_up();
     void tick(const FromController& from);
     void side(const FromController& from);
     void contactor(bool coil);
@@ -224,6 +226,8 @@ private:
     double reference_one_v_ = 0;
     unsigned serial_ = 0, memory_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
+    bool still_ = false;        // no coder changes in this tick; axes go on in `catch_up`:
+    unsigned caught_up_ = 0;    // so many of its clocks
     unsigned stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;
     unsigned compared_ = ~0u;     // lines of the gap, as the controller has them
