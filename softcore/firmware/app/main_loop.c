@@ -43,7 +43,7 @@
    sleep, so two sleeps must be shorter than the watchdog's period. A jog and a touch-off are looked
    at in every round: there is none of these long sleeps then. */
 #define LONG_SLEEP_CLOCKS 4500
-#define LONG_SLEEPS 32
+#define LONG_SLEEPS 64
 #define SLEEPS_A_LOOK 6
 
 /* A task with more work may go on for this many clocks and steps. A short block or a piece of an
