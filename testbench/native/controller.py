@@ -190,6 +190,7 @@ def _header(e, probes):
     out += [f"    u64 dirty[{words}];", f"    u64 pending[{late}];", "    bool shown;"]
     out += [f"    {table.kind} {table.name} = 0;"
             for writer in e.writers for table in writer.root.tables]
+    out += [f"    u64 settled{part} = 0;" for part in e.settling]
     for index in sorted(e.late):
         out.append(f"    u64 w{index}_en = 0, w{index}_data = 0; u32 w{index}_at = 0;")
     for memory in netlist.memories:
@@ -264,7 +265,7 @@ def _controller(e):
                + ", ".join(f"take{index}" for index in e.waiting) + "};")
     out += _rounds(e)
     out += ["void Controller::touch() {", "    for (u64& word : dirty)", "        word = 0;",
-            f"    {e.marks_of(e.marked)}".replace("s.dirty", "dirty"),
+            f"    {e.marks_of(e.marked)}".replace("s.", ""),
             "    shown = true;", "    for (u64& word : pending)", "        word = 0;",
             *(f"    x{index} = n{index};" for index in sorted(e.deferred)),
             "}", "Controller::Controller() {"]

@@ -8,7 +8,7 @@ changes at the end of the clock: its part sets a bit of ``pending``.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
 from testbench.native.expressions import Expressions, kept_as, literal
@@ -49,6 +49,11 @@ class Emission(Expressions):
         self.stored |= {node.index for part in parts.parts for node in part.kept}
         self.deferred = self._deferred()
         self.late = self._late()
+        self.writers = [PartWriter(self, part) for part in parts.parts]
+        self.guards = [writer.guards() for writer in self.writers]
+        self._looked_up = {node.index: table.register for writer in self.writers
+                           for table in writer.root.tables for node in table.nodes}
+        self.settling = self._settling()
         self.words = self._words()
         marked = [word for word in self.words if word.kind != "always"]
         self._lone = {at for at, word in enumerate(marked) if word.kind == "lone"}
@@ -59,8 +64,6 @@ class Emission(Expressions):
                    if any(sink.index in self.deferred | self.late for sink in part.sinks)]
         self.waiting = {part: divmod(at, WORD) for at, part in enumerate(waiting)}
         self._now = -1
-        self.writers = [PartWriter(self, part) for part in parts.parts]
-        self.guards = [writer.guards() for writer in self.writers]
 
     def _deferred(self):
         """Registers that are read by a part after their own."""
@@ -78,6 +81,26 @@ class Emission(Expressions):
         return {write.index for part in self.parts.parts for write in part.sinks
                 if write.kind == "write"
                 and any(place[read.index] >= part.index for read in write.memory.reads)}
+
+    def _settling(self):
+        """Parts that a narrow register, changing all the time, sets off by what is looked up.
+
+        Such a part keeps, for each value of the register, whether it is *settled*: it was computed
+        with this value and nothing changed, and nothing else that it reads has changed since. Then
+        it need not be computed when the register has this value again.
+        """
+        found = {}
+        for part in self.parts.parts:
+            if self.always(part.index) or self.whole(part.index) or part.early \
+                    or self.parts.awaited[part.index] \
+                    or any(sink.kind == "write" for sink in part.sinks):
+                continue
+            registers = {self._looked_up[source] for node in (*part.nodes, *part.sinks)
+                         for source in self.parts.reads[node.index] if source in self._looked_up}
+            # The register keeps its value until the part has been computed.
+            if len(registers) == 1 and self.parts.place[min(registers)] > part.index:
+                found[part.index] = registers.pop()
+        return found
 
     def _words(self):
         """The words of ``dirty``, and the parts without a bit, in order."""
@@ -119,9 +142,18 @@ class Emission(Expressions):
                     or index in self.parts.awaited[reader]:
                 continue
             groups[self.guards[reader].get(index, "")].add(reader)
-        found = [f"if ({test}) {{ {self.marks_of(readers)} }}" if test else self.marks_of(readers)
-                 for test, readers in groups.items()]
-        return " ".join(found + ["s.shown = true;"] * (index in self._shown))
+        register = self._looked_up.get(index, -1)
+        found = []
+        for test, readers in groups.items():
+            set_off = {reader for reader in readers if self.settling.get(reader) == register}
+            found += [f"if ({'(' + test + ') && ' if test else ''}"
+                      f"!(s.settled{reader} >> s.n{register} & 1)) {{ {self._bits([reader])} }}"
+                      for reader in sorted(set_off)]
+            if others := readers - set_off:
+                bits = self._bits(others)
+                found += [self._unsettle(others), f"if ({test}) {{ {bits} }}" if test else bits]
+        found += ["s.shown = true;"] * (index in self._shown)
+        return " ".join(filter(None, found))
 
     def always(self, part: int) -> bool:
         """Whether a part is computed in every clock."""
@@ -131,8 +163,15 @@ class Emission(Expressions):
         """Whether a part marks itself for as long as its registers can change."""
         return self.parts.parts[part].name == "processor"
 
-    def marks_of(self, readers) -> str:
-        """Statements that make these parts dirty."""
+    def marks_of(self, readers: Collection[int]) -> str:
+        """Statements that make these parts dirty, whatever they were before."""
+        return " ".join(filter(None, [self._unsettle(readers), self._bits(readers)]))
+
+    def _unsettle(self, readers):
+        return " ".join(f"s.settled{reader} = 0;" for reader in sorted(readers)
+                        if reader in self.settling)
+
+    def _bits(self, readers):
         words = defaultdict(int)
         for at, bit in (self._place[reader] for reader in readers):
             words[at] |= 1 << bit
@@ -144,7 +183,7 @@ class Emission(Expressions):
         memory = sink.memory
         array = f"s.m{memory.index}_{memory.pieces.index(sink.piece)}"
         places = {self.parts.place[read.index] for read in memory.reads}
-        readers = self.marks_of(place for place in places if not self.always(place))
+        readers = self.marks_of({place for place in places if not self.always(place)})
         return (f"if (at < {memory.size}) {{ const u64 x = ({array}[at] & ~en) | (data & en); "
                 f"if (x != {array}[at]) {{ {array}[at] = ({kept_as(sink.piece[1])})x; "
                 f"{readers} }} }}")

@@ -16,6 +16,7 @@ MOST_TESTS = 3  # conditions in one guard
 SHORT = {"$and", "$logic_and", "$or", "$logic_or"}   # of single bits: one may decide alone
 COSTLY = 6      # nodes behind an operand up to which it is computed even if the other one decides
 COPIES = 2      # of a choice between updates
+MOST_PLACES = 8     # where a value matters that are told apart
 LEAST = 2       # values for which a table is worth while
 
 
@@ -302,25 +303,35 @@ class Plan:
                 continue
             path = self.paths[node.index]
             self._block(path).nodes.append(node)
+            # Where its value matters: in fewer blocks, perhaps, than those behind its own.
+            matters = self.read_at[node.index]
+            if node.index in self.kept or len(matters) > MOST_PLACES:
+                matters = {path}
             ports = node.ports
-            if node.kind == "$mux" and self._cost(ports["A"], cost) + self._cost(
-                    ports["B"], cost) <= FEW.get(self.part.name, FEW[""]):
-                for word in ports.values():
-                    self._use(word, path)
-            elif node.kind == "$mux":
-                self._use(ports["S"], path)
-                self._use(ports["A"], (*path, (-node.index, 0)))
-                self._use(ports["B"], (*path, (-node.index, 1)))
+            if node.kind == "$mux":
+                here = self._cost(ports["A"], cost) + self._cost(ports["B"], cost) <= FEW.get(
+                    self.part.name, FEW[""])
+                self._use(ports["S"], path, matters)
+                self._use_under(ports["A"], path, matters, (-node.index, 0), here)
+                self._use_under(ports["B"], path, matters, (-node.index, 1), here)
             elif node.kind == "$pmux":
-                self._use(ports["S"], path)
-                self._use(ports["A"], (*path, (-node.index, "else")))
+                self._use(ports["S"], path, matters)
+                self._use_under(ports["A"], path, matters, (-node.index, "else"))
                 for at, word in enumerate(node.choices):
-                    self._use(word, (*path, (-node.index, at)))
+                    self._use_under(word, path, matters, (-node.index, at))
+            elif node.kind in {"$and", "$logic_and"} and node.width == 1 \
+                    and width(ports["A"]) == width(ports["B"]) == 1:
+                self._use_under(ports["A"], path, matters, (tuple(ports["B"]), 1), here=True)
+                self._use_under(ports["B"], path, matters, (tuple(ports["A"]), 1), here=True)
             else:
                 for word in self.e.parts.words(node):
-                    self._use(word, path)
+                    self._use(word, path, matters)
         for block in self.blocks.values():
             block.nodes.reverse()
+
+    def _use_under(self, word, path, matters, choice, here=False):
+        """Use a word in a branch of a choice; ``here``: it is computed before the choice."""
+        self._use(word, path if here else (*path, choice), {(*one, choice) for one in matters})
 
     def _costs(self):
         """Cost of each node, with the nodes that are computed for it alone."""
@@ -358,7 +369,9 @@ class Plan:
         return ""
 
     def _select(self, path, number):
-        """Kind and select word of a choice in the block at a path."""
+        """Kind and select word of a choice in the block at a path, or of a bit that decides."""
+        if isinstance(number, tuple):
+            return "mux", list(number)
         if number < 0:
             node = self.e.nodes[-number]
             return node.kind.removeprefix("$"), node.ports["S"]

@@ -27,10 +27,20 @@ class PartWriter(Plan):
                        else f"    if ({' | '.join(sorted(tests))}) {{ {mark} }}")
         body = self._write(self.root, 1)
         out += [f"    const u64 o{index} = s.n{index};" for index in sorted(self.e.copied)]
+        if self.settles:
+            register = f"s.n{self.e.settling[self.part.index]}"
+            settled = f"s.settled{self.part.index}"
+            body = ["    bool changed = false;", *body,
+                    f"    {settled} = changed ? 0 : {settled} | 1ull << {register};"]
         out += body
         out.append("}")
         self.e.local, self.e.changed, self.e.copied = set(), set(), set()
         return out
+
+    @property
+    def settles(self) -> bool:
+        """Whether it notes with which values of a register nothing changes."""
+        return self.part.index in self.e.settling
 
     def _gate(self, sink):
         """C++ of the clock's gate before a sink; "" if there is none, or it is computed here."""
@@ -206,12 +216,15 @@ class PartWriter(Plan):
         test = f"{value} != {name}"
         if node.index not in self.e.parts.lively:
             test = f"RARE({test})"
+        if self.settles:
+            store = ("changed = true; " if marks else f"changed |= {value} != {name}; ") + store
         return f"if ({test}) {{ {store} {marks} }}" if marks else store
 
     def _pending(self):
         """C++ after which this part's late changes are made at the end of the clock."""
         at, bit = self.e.waiting[self.part.index]
-        return f"s.pending[{at}] |= {literal(1 << bit)};"
+        text = f"s.pending[{at}] |= {literal(1 << bit)};"
+        return f"{{ changed = true; {text} }}" if self.settles else text
 
     def _memory(self, sink):
         ports = sink.ports

@@ -280,7 +280,8 @@ def written(seed):
 
 
 # With seed 45 two registers are one, and the name that stays is not the one with the initial value.
-@pytest.mark.parametrize("seed", [*range(12), 45])
+# With seed 106 a word of a memory changes that is read only a while after.
+@pytest.mark.parametrize("seed", [*range(12), 45, 106])
 def test_a_random_module_does_in_every_clock_what_amaranths_simulator_does(seed, tmp_path):
     text, names, widths, places = written(seed)
     inputs = drawn(seed, quiet=(0, 0.5, 0.75, 0.9)[seed % 4], **widths)
