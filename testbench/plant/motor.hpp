@@ -96,8 +96,12 @@ public:
 
     // So many clocks of a motor that stays.
     void go(unsigned clocks) {
-        for (; clocks != 0 && advance_ != 0; --clocks)
-            position_ += advance_;
+        if (advance_ == 0)
+            return;
+        double position = position_;
+        for (; clocks != 0; --clocks)
+            position += advance_;
+        position_ = position;
     }
 
     // Every clock; returns whether the coder may have changed: by one edge at most. The coder has a
