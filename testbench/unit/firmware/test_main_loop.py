@@ -10,7 +10,7 @@ from testbench.firmware import KINDS, Controller, Memory
 from testbench.programs import punched
 
 TASKS = 4           # passes of a round; it sleeps in the last
-SLEEPS = 32         # in a row, as in app/main_loop.c
+SLEEPS = 64         # in a row, as in app/main_loop.c
 ROUNDS = 50
 ALWAYS = 1 << 31
 SILENT, KNOWN = 1 << 3, 1 << 4 # of the fluid's state, see hal.h
