@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planted breaks of the simulated machine: what a report says of the cavity depends on it."""
+"""Planted breaks of the simulated machine, and of the translation that makes it fast."""
 
 from testbench.breaks.harness import breaks_of
 
 __all__ = ["PLANT"]
 
 CAVITY = "unit/plant/test_cavity.py"
+RANDOM = "unit/simulators/test_random_modules.py"
 
 PLANT = (
     *breaks_of(
@@ -46,5 +47,37 @@ PLANT = (
         ("bridged_ && way <= bridge_stretch_", "bridged_",
          "a contact in a kerf ends by the way back"),
         ("way <= bridge_stretch_", "way <= 0.0", "a contact lasts as long as its stretch"),
+    ),
+    *breaks_of(
+        "testbench/plant/plant.cpp", "unit/plant/test_axis.py",
+        ("    catch_up();\n    const std::map", "    const std::map",
+         "an axis has moved in every clock before it is looked at"),
+    ),
+    *breaks_of(
+        "testbench/plant/motor.hpp", "unit/plant/test_axis.py",
+        ("std::max(position_, end) < upper_ - SURE &&", "true ||",
+         "an axis whose coder changes in a tick is followed clock by clock"),
+    ),
+    *breaks_of(
+        "testbench/plant/workpiece.cpp", "unit/plant/test_wire.py",
+        ("if (left == 0)", "if (left < 20000)", "what is left of a cell is taken later"),
+    ),
+    *breaks_of(
+        "testbench/native/emission.py", RANDOM,
+        ('f"s.settled{reader} = 0;"', '""', "a part is computed after any change of what it reads"),
+    ),
+    *breaks_of(
+        "testbench/native/writer.py", RANDOM,
+        ("changed ? 0 : {settled} | 1ull", "{settled} | 1ull",
+         "a part that has changed something has settled in no state"),
+    ),
+    *breaks_of(
+        "testbench/native/plan.py", RANDOM,
+        ('(tuple(ports["B"]), 1), here=True)', '(tuple(ports["A"]), 1), here=True)',
+         "one operand matters while the other one is set"),
+    ),
+    *breaks_of(
+        "testbench/native/parity.py", RANDOM,
+        ("len(group) < MOST and ", "", "eight nibbles at most are taken together"),
     ),
 )

@@ -48,6 +48,30 @@ def test_speed_loop_answers_a_step_as_its_equations(plant):
     assert plant.get("read.z_speed_mm_s") == pytest.approx(command, rel=0.005)
 
 
+def test_an_axis_moves_in_every_clock_whether_it_is_looked_at_or_not(rng):
+    """The plant may add up a tick's clocks at its end; nobody can tell."""
+    seed = rng.getrandbits(32)
+    looked_at, left_alone = plants = [Alone(machine=MACHINE, seed=seed) for _ in range(2)]
+    for plant in plants:
+        plant.set("initial_gap_um", 1e5)
+        plant.drive(drive_enable=7)
+    for _ in range(20):
+        density = rng.choice([-1500, -20, 0, 20, 1500])
+        for plant in plants:
+            plant.density = density
+            plant.run(HZ // 1000 + 5)
+        places, speeds = [], []
+        for _ in range(50):
+            for plant in plants:
+                plant.run(1)
+            places.append(looked_at.get("read.z_pulses"))
+            speeds.append(looked_at.get("read.z_speed_mm_s"))
+        for speed, (before, after) in zip(speeds, pairwise(places), strict=False):
+            assert after - before == pytest.approx(
+                speed * MACHINE["pulses_per_mm"] / HZ, rel=1e-6, abs=1e-9)
+        assert left_alone.get("read.z_pulses") == places[-1]
+
+
 def axis_with(rng, **numbers):
     plant = Alone(machine=MACHINE | {"axis": MACHINE["axis"] | numbers}, seed=rng.getrandbits(32))
     plant.set("initial_gap_um", 1e5)
