@@ -13,7 +13,7 @@ from testbench.native.symbols import firmware_symbols
 MACHINE = machines.load("sinker")
 SHARE = 0.02        # of the clocks, at most
 LEAST = 0.005       # or a round would take minutes
-ROUND_S = 40        # of the machine's time: two rounds
+ROUND_S = 50        # of the machine's time: two rounds
 
 
 @pytest.fixture
