@@ -68,8 +68,8 @@ typedef uint8_t u8; typedef uint16_t u16; typedef uint32_t u32; typedef uint64_t
 typedef int64_t i64; typedef unsigned __int128 u128; typedef __int128 i128;
 // What follows a change lies apart: in most clocks a value stays as it is.
 #define RARE(test) __builtin_expect(test, 0)
-// The parities of eight nibbles, as bits behind each other.
-static inline u64 parities(u32 x) {
+// The parities of eight nibbles: that of the lowest is bit 0.
+static constexpr u64 parities(u32 x) {
     x ^= x >> 1;
     x = (x ^ x >> 2) & 0x11111111u;
     x = (x | x >> 3) & 0x03030303u;

@@ -4,7 +4,7 @@
 Every value is unsigned and has no bits beyond its width.
 """
 
-from testbench.native.netlist import NetlistError, Node, Run
+from testbench.native.netlist import WORD, NetlistError, Node, Run
 from testbench.native.parts import Parts
 
 __all__ = ["Expressions", "kept_as", "literal", "made_as", "mask", "width"]
@@ -227,18 +227,19 @@ class Expressions:
     def _parity(self, word):
         """C++ of the parity of a word's bits, without any shift of nodes of up to 64 bits."""
         bits: dict[int, int] = {}
-        odd, wide = 0, []
+        odd, words = 0, []
         for run in word:
             if run.node < 0:
                 odd ^= run.constant.bit_count() & 1
-            elif self.nodes[run.node].width > 64:
-                wide.append(run)
+            elif self.nodes[run.node].width > WORD:
+                words += [self.word([Run(min(WORD, run.width - at), run.node, run.low + at)])
+                          for at in range(0, run.width, WORD)]
             else:
                 bits[run.node] = bits.get(run.node, 0) ^ ((1 << run.width) - 1) << run.low
         fields = [self._field(*one) for one in bits.items() if one[1]]
-        words = [" ^ ".join(fields)] * bool(fields)
-        words += [self.word(piece) for piece in self._pieces(wide) if piece]
-        found = [f"__builtin_parityll({word})" for word in words]
+        if fields:
+            words.append(" ^ ".join(fields))
+        found = [f"__builtin_parityll({one})" for one in words]
         return "(" + " ^ ".join([*found, "1u"] if odd else found or ["0u"]) + ")"
 
     def _equals(self, word, constant):
@@ -278,17 +279,6 @@ class Expressions:
         if field == (1 << bits) - 1:
             return f"({wide}){self.name(index)}"
         return f"(({wide}){self.name(index)} & {literal(field)})"
-
-    def _pieces(self, word):
-        """A word cut into words of at most 64 bits."""
-        found, now, bits = [], [], 0
-        for run in word:
-            if bits + run.width > 64:
-                found.append(now)
-                now, bits = [], 0
-            now.append(run)
-            bits += run.width
-        return [*found, now]
 
     def _shift(self, node):
         a, b, bits = node.ports["A"], node.ports["B"], node.width

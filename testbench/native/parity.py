@@ -12,15 +12,15 @@ from testbench.native.netlist import Node, Run
 __all__ = ["join"]
 
 NIBBLE = 4
-LEAST, MOST = 4, 8      # parities of nibbles behind each other that are computed together
+LEAST, MOST = 4, 8      # parities of consecutive nibbles that are computed together
 XOR = "$reduce_xor"
 
 
 def join(nodes: list[Node]) -> None:
     """Change nodes so that parities are computed together; new nodes come to the list's end.
 
-    A parity of parities becomes one of all their bits. Parities of nibbles that lie behind each
-    other, and that are read as one word, become one node, of kind ``$parities``.
+    A parity of parities becomes one of all their bits. The parities of consecutive nibbles that are
+    read as one word become one node, of kind ``$parities``.
     """
     uses = Counter(run.node for node in nodes for word in _words(node) for run in word)
     for node in nodes:
@@ -38,13 +38,13 @@ def _words(node):
 def _bits(run, nodes, uses):
     """Runs with the same parity as a run: those of its parity, if nothing else reads that."""
     source = nodes[run.node] if run.node >= 0 else None
-    if not source or source.kind != XOR or uses[run.node] > 1:
+    if not source or source.kind != XOR or source.width > 1 or uses[run.node] > 1:
         return [run]
     return [found for one in source.ports["A"] for found in _bits(one, nodes, uses)]
 
 
 def _joined(word, nodes, uses):
-    """The word, with parities of nibbles behind each other as runs of new nodes."""
+    """The word, with parities of consecutive nibbles as runs of new nodes."""
     found, group = [], []
     for run in [*word, None]:
         place = run and _nibble(run, nodes, uses)
@@ -61,7 +61,7 @@ def _joined(word, nodes, uses):
 def _nibble(run, nodes, uses):
     """Node and lowest bit of the nibble whose parity a run is, or None."""
     source = nodes[run.node] if run.node >= 0 else None
-    if not source or source.kind != XOR or uses[run.node] > 1:
+    if not source or source.kind != XOR or source.width > 1 or uses[run.node] > 1:
         return None
     first = source.ports["A"][0]
     if len(source.ports["A"]) > 1 or first.width != NIBBLE or first.node < 0:

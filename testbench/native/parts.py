@@ -286,7 +286,7 @@ class Parts:
         return stage == 0, where if where in WHOLE else ""
 
     def _group(self, index, lively):
-        """The lively group that a node belongs to, by its name or by all that it reads, or ""."""
+        """The one lively group that a node has its name from or reads of; "" for none or more."""
         groups = {lively.get(source, "") for source in (index, *self.reads[index])} - {""}
         return groups.pop() if len(groups) == 1 else ""
 

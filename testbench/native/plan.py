@@ -319,8 +319,7 @@ class Plan:
                 self._use_under(ports["A"], path, matters, (-node.index, "else"))
                 for at, word in enumerate(node.choices):
                     self._use_under(word, path, matters, (-node.index, at))
-            elif node.kind in {"$and", "$logic_and"} and node.width == 1 \
-                    and width(ports["A"]) == width(ports["B"]) == 1:
+            elif self._has_two_bits(node):
                 self._use_under(ports["A"], path, matters, (tuple(ports["B"]), 1), here=True)
                 self._use_under(ports["B"], path, matters, (tuple(ports["A"]), 1), here=True)
             else:
@@ -328,6 +327,16 @@ class Plan:
                     self._use(word, path, matters)
         for block in self.blocks.values():
             block.nodes.reverse()
+
+    def _has_two_bits(self, node):
+        """Whether each operand of a node matters while the other one is set.
+
+        Both must not change at the same time: then neither would say that the other one matters.
+        """
+        if node.kind not in {"$and", "$logic_and"} or node.width > 1:
+            return False
+        one, other = node.ports["A"], node.ports["B"]
+        return width(one) == width(other) == 1 and not self._sources(one) & self._sources(other)
 
     def _use_under(self, word, path, matters, choice, here=False):
         """Use a word in a branch of a choice; ``here``: it is computed before the choice."""

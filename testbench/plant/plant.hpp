@@ -226,8 +226,8 @@ private:
     double reference_one_v_ = 0;
     unsigned serial_ = 0, memory_ = 0;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
-    bool still_ = false;        // no coder changes in this tick; axes go on in `catch_up`:
-    unsigned caught_up_ = 0;    // so many of its clocks
+    bool still_ = false;        // no coder changes in this tick: `catch_up` moves the axes
+    unsigned caught_up_ = 0;    // clocks of this tick for which it has moved them
     unsigned stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;
     unsigned compared_ = ~0u;     // lines of the gap, as the controller has them

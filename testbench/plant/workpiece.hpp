@@ -109,7 +109,7 @@ void Workpiece::each(double x_um, double y_um, double inner_um, double outer_um,
                     const int32_t to = std::min(last, index(to_um));
                     if (from > to)
                         return;
-                    uint64_t rest = some & ~0ull << (from - first) & ~0ull >> (last - to);
+                    uint64_t rest = some & (~0ull << (from - first)) & (~0ull >> (last - to));
                     for (; rest != 0; rest &= rest - 1) {
                         const int column = __builtin_ctzll(rest);
                         found(first + column, y, row[column]);

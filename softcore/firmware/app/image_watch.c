@@ -50,7 +50,7 @@ __attribute__((noinline)) static void read_slice(void) {
     }
     uint32_t end = image.count - at < SLICE ? image.count : at + SLICE, sum = digest;
     const volatile uint32_t *word = image.words + at, *last = image.words + end;
-    for (; last - word >= 4; word += 4) /* the way round costs as much as a word */
+    for (; last - word >= 4; word += 4) /* a round of the loop costs as much as a word */
         sum = mix(mix(mix(mix(sum, word[0]), word[1]), word[2]), word[3]);
     for (; word < last; word++)
         sum = mix(sum, *word);

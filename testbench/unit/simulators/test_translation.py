@@ -282,9 +282,85 @@ endmodule
 """, ["x", "y", "z"], drawn(8, quiet=0.7, c=3, a=8), meaning)
 
 
+@pytest.mark.parametrize(("bits", "value"), [("r[0] & r[1]", 3), ("~r[0] & ~r[1]", 0)])
+def test_two_bits_of_a_register_that_change_together(tmp_path, bits, value):
+    """Neither of them alone says when the other one does not matter."""
+    def meaning(rows):
+        r = 0
+        for row in rows:
+            yield (r & 3 != value,)
+            r = row["a"]
+
+    check(tmp_path, f"""
+module first(input clk, input [2:0] a, output reg [2:0] r); initial r = 0;
+  always @(posedge clk) r <= a;
+endmodule
+module second(input clk, input [2:0] r, output y); reg both = 0; assign y = ~both;
+  always @(posedge clk) both <= {bits};
+endmodule
+module gapkeeper(input clk, input [2:0] a, output y);
+  wire [2:0] r; first first(clk, a, r); second second(clk, r, y);
+endmodule
+""", ["y"], drawn(9, quiet=0.5, a=3), meaning)
+
+
+def test_a_part_whose_register_changes_at_the_clocks_end_has_not_settled(tmp_path):
+    """A busy counter sets it off; another part, which comes after it, reads its register."""
+    def meaning(rows):
+        cycle = d = e = q = 0
+        for row in rows:
+            cycle, d, e, q = (cycle + 1) % 8, (cycle == 3) & row["a"], \
+                ((cycle & 5) == 1) ^ (cycle < 2), d ^ e
+            yield not d, not e, not q
+
+    check(tmp_path, """
+module first(input clk, input a, input [2:0] t, output x, output y);
+  reg d = 0, e = 0; assign x = ~d, y = ~e;
+  always @(posedge clk) begin d <= t[0] & a; e <= t[1] ^ t[2]; end
+endmodule
+module second(input clk, input x, input y, output z); reg q = 0; assign z = ~q;
+  always @(posedge clk) q <= x ^ y;
+endmodule
+module soc(input clk, input a, output x, output y, output z);
+  reg [2:0] cycle = 0; always @(posedge clk) cycle <= cycle + 1;
+  wire [2:0] t = {cycle < 2, (cycle & 5) == 1, cycle == 3};
+  first first(clk, a, t, x, y); second second(clk, x, y, z);
+endmodule
+module gapkeeper(input clk, input a, output x, output y, output z);
+  soc soc(clk, a, x, y, z);
+endmodule
+""", ["x", "y", "z"], drawn(10, quiet=0.9, a=1), meaning)
+    made = "".join(path.read_text() for path in tmp_path.glob("parts_*.cpp"))
+    assert "changed = true; s.pending" in made
+
+
+def test_parities_of_a_narrow_busy_counter(tmp_path):
+    """They are looked up, as all that follows from it."""
+    def meaning(rows):
+        cycle = q = 0
+        for row in rows:
+            word = cycle * 0x1357 & 0xfffff
+            parities = sum((word >> 4 * at & 15).bit_count() % 2 << at for at in range(5))
+            cycle, q = cycle + 1 & 31, (parities == 7 or cycle == 3) & row["a"]
+            yield (q,)
+
+    check(tmp_path, """
+module reader(input clk, input a, input g, input t, output reg q); initial q = 0;
+  always @(posedge clk) q <= (g | t) & a;
+endmodule
+module soc(input clk, input a, output q);
+  reg [4:0] cycle = 0; always @(posedge clk) cycle <= cycle + 1;
+  wire [19:0] x = cycle * 20'h1357;
+  wire [4:0] p = {^x[19:16], ^x[15:12], ^x[11:8], ^x[7:4], ^x[3:0]};
+  reader reader(clk, a, p == 7, cycle == 3, q);
+endmodule
+module gapkeeper(input clk, input a, output q); soc soc(clk, a, q); endmodule
+""", ["q"], drawn(11, a=1), meaning)
+
+
 @pytest.mark.parametrize("bits", [65, 70, 127, 128])
 def test_words_wider_than_64_bits(tmp_path, bits):
-    """Comparisons with and without a sign, and a bit repeated as often."""
+    """Comparisons with and without a sign, a bit repeated as often, and the parity of a sum."""
     high = bits - 64
     most = (1 << 64) - 1
 
@@ -293,7 +369,8 @@ def test_words_wider_than_64_bits(tmp_path, bits):
         for row in rows:
             one, two = (value - (1 << bits) if value >> bits - 1 else value for value in (x, z))
             repeated = ((1 << bits) - 1 if bit else 0) - x & (1 << bits) - 1
-            yield one < two, x < z, one >= two, x >= z, repeated & most, repeated >> 64
+            parity = (x + z & (1 << bits) - 1).bit_count() % 2
+            yield one < two, x < z, one >= two, x >= z, repeated & most, repeated >> 64, parity
             x, z = (row[f"{name}h"] << 64 | row[f"{name}l"] for name in "xz")
             bit = row["b"]
 
@@ -303,13 +380,13 @@ def test_words_wider_than_64_bits(tmp_path, bits):
     check(tmp_path, f"""
 module gapkeeper(input clk, input [{high - 1}:0] xh, input [63:0] xl, input [{high - 1}:0] zh,
     input [63:0] zl, input b, output reg l, output reg ul, output reg g, output reg ug,
-    output reg [63:0] rl, output reg [{high - 1}:0] rh);
-  initial begin l = 0; ul = 0; g = 0; ug = 0; rl = 0; rh = 0; end
-  reg [{bits - 1}:0] x = 0, z = 0; reg n = 0;
+    output reg [63:0] rl, output reg [{high - 1}:0] rh, output reg p);
+  initial begin l = 0; ul = 0; g = 0; ug = 0; rl = 0; rh = 0; p = 0; end
+  reg [{bits - 1}:0] x = 0, z = 0; reg n = 0; wire [{bits - 1}:0] sum = x + z;
   always @(posedge clk) begin
     x <= {{xh, xl}}; z <= {{zh, zl}}; n <= b;
     l <= $signed(x) < $signed(z); ul <= x < z; g <= $signed(x) >= $signed(z); ug <= x >= z;
-    {{rh, rl}} <= {{{bits}{{n}}}} - x;
+    {{rh, rl}} <= {{{bits}{{n}}}} - x; p <= ^sum;
   end
 endmodule
-""", ["l", "ul", "g", "ug", "rl", "rh"], inputs, meaning)
+""", ["l", "ul", "g", "ug", "rl", "rh", "p"], inputs, meaning)
