@@ -134,13 +134,14 @@ void Wire::survey() {
 
 void Wire::tick(double x_um, double y_um, double dt) {
     const double milliseconds = dt * 1000;
-    const double slack = std::exp(-milliseconds / p_.wire.deflection_ms);
+    const double slack = slackens_(milliseconds / p_.wire.deflection_ms);
     push_x_ *= slack;
     push_y_ *= slack;
-    mean_a_ *= std::exp(-milliseconds / p_.wire.break_ms);
+    mean_a_ *= forgets_(milliseconds / p_.wire.break_ms);
     x_ = p_.workpiece.start_x_mm * 1000 + x_um + push_x_;
     y_ = p_.workpiece.start_y_mm * 1000 + y_um + push_y_;
-    if (stale_ || std::hypot(x_ - seen_x_, y_ - seen_y_) > MOVED_UM)
+    const double moved_x = x_ - seen_x_, moved_y = y_ - seen_y_;
+    if (stale_ || moved_x * moved_x + moved_y * moved_y > MOVED_UM * MOVED_UM)
         survey();
 }
 
@@ -210,7 +211,7 @@ double Wire::debris(double gap_um) const { return std::min(debris_um3_ / volume_
 double Wire::flushed(double gap_um, double dt) {
     const double scaled = dt * p_.removal_scale;
     if (p_.debris.flow_spread > 0) {  // Ornstein and Uhlenbeck's process
-        const double keeps = std::exp(-scaled / p_.debris.flow_time_s);
+        const double keeps = flow_keeps_(scaled / p_.debris.flow_time_s);
         flow_ = flow_ * keeps +
                 p_.debris.flow_spread * std::sqrt(1 - keeps * keeps) * flows_.normal();
     }

@@ -2,6 +2,7 @@
 // The wire of a wire machine in its kerf: its place, the width of its gap, and its removal.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "parameters.hpp"
@@ -9,6 +10,21 @@
 #include "workpiece.hpp"
 
 namespace plant {
+
+// What is left after so many time constants; their number is nearly always that of the last call.
+class Decay {
+public:
+    double operator()(double constants) {
+        if (constants != constants_) {
+            constants_ = constants;
+            left_ = std::exp(-constants);
+        }
+        return left_;
+    }
+
+private:
+    double constants_ = 0, left_ = 1;
+};
 
 class Wire {
 public:
@@ -73,6 +89,7 @@ private:
     double debris_um3_ = 0, flow_ = 0;  // and the logarithm of the flow over its usual value
     double mean_a_ = 0;
     bool broken_ = false;
+    Decay slackens_, forgets_, flow_keeps_;     // of the deflection, the mean current and the flow
 };
 
 }  // namespace plant
