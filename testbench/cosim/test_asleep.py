@@ -9,7 +9,7 @@ from testbench.cosim.retractions import pace
 from testbench.native.simulation import Simulation
 
 MACHINE = machines.load("sinker")
-AWAKE = 0.16        # of the clocks of a steady cut, and at rest, at most; 0.11 and 0.14 measured
+AWAKE = 0.14        # of the clocks of a steady cut, and at rest, at most; 0.10 and 0.11 measured
 STEP = 997          # clocks from one look to the next: no period of the firmware's
 LOOKS = 4000
 
