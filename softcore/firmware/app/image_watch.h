@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /* Checks in the background that the firmware in memory is still what was loaded. Each step reads a
-   few words; a whole round is compared with the digest. The check takes at most 1/100 of the clocks.
-   Damaged firmware cannot be trusted, so the machine is not unlocked any more. */
+   few words; a whole round is compared with the digest. The check takes at most 1/100 of the
+   clocks. Damaged firmware cannot be trusted, so the machine is not unlocked any more. */
 #pragma once
 #include <stdbool.h>
 #include <stdint.h>
