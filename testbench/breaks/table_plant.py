@@ -52,6 +52,17 @@ PLANT = (
         "testbench/plant/plant.cpp", "unit/plant/test_axis.py",
         ("    catch_up();\n    const std::map", "    const std::map",
          "an axis has moved in every clock before it is looked at"),
+        ("    add_up();\n    steps(from);", "    steps(from);",
+         "each one of a DAC's stream has the sign of its clock"),
+        ("if (!lower.pressed && !upper.pressed && pulses", "if (pulses",
+         "a limit switch stays pressed within its hysteresis"),
+        ("const double margin_mm = (", "const double margin_mm = -100 * (",
+         "an axis is looked at wherever it can press a switch"),
+    ),
+    *breaks_of(
+        "testbench/plant/plant.cpp", "unit/plant/test_gap.py",
+        ("        powered_ = coil;\n        look_at_gates();", "        powered_ = coil;",
+         "the main source goes with the contactor"),
     ),
     *breaks_of(
         "testbench/plant/motor.hpp", "unit/plant/test_axis.py",

@@ -43,7 +43,8 @@ void alone_free(Alone* a) { delete a; }
 void* alone_station(Alone* a) { return &a->station; }
 
 void alone_outputs(Alone* a, uint32_t drive_enable, uint32_t gap_on, uint32_t gap_sense,
-                   uint32_t gap_level, uint32_t gap_supply, uint32_t strobe, uint32_t code) {
+                   uint32_t gap_level, uint32_t gap_supply, uint32_t strobe, uint32_t code,
+                   uint32_t contactor) {
     a->from.drive_enable = static_cast<uint8_t>(drive_enable);
     a->from.gap_on = static_cast<uint8_t>(gap_on);
     a->from.gap_sense = static_cast<uint8_t>(gap_sense);
@@ -51,6 +52,7 @@ void alone_outputs(Alone* a, uint32_t drive_enable, uint32_t gap_on, uint32_t ga
     a->from.gap_supply = static_cast<uint8_t>(gap_supply);
     a->from.auxiliary_strobe = static_cast<uint8_t>(strobe);
     a->from.auxiliary_code = static_cast<uint16_t>(code);
+    a->from.contactor = static_cast<uint8_t>(contactor);
 }
 
 void alone_step(Alone* a, uint32_t step, uint32_t dir) {

@@ -41,7 +41,8 @@ class Alone(Session):
         super().__init__(self._library, self._library.alone_station(self._handle),
                          machine=machine, clock_hz=clock_hz)
         self._outputs = dict.fromkeys(
-            ("drive_enable", "gap_on", "gap_sense", "gap_level", "gap_supply", "strobe", "code"), 0)
+            ("drive_enable", "gap_on", "gap_sense", "gap_level", "gap_supply", "strobe", "code"),
+            0) | {"contactor": 1}
         self.density = 0
         self.inputs = 0
 

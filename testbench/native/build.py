@@ -37,7 +37,7 @@ USUAL_RC_US = 200.0     # of the references, of a controller without options
 USUAL: Options = {}
 
 STANDARD = ["-std=gnu++17"]
-# Calls inside the controller need no detour for another library's sake.
+# Calls inside the library need no detour for another one's sake. Python sees only C functions.
 INSIDE = ["-fvisibility=hidden", "-fno-semantic-interposition"]
 # Of the netlist's C++. It has nothing left that -O2 would find: that takes two thirds more time to
 # compile, and the clocks a second are no more. zig's compiler makes it, which needs no library for
@@ -120,9 +120,9 @@ def station(progress: Progress = lambda _: None) -> list[Path]:
     """Object files of the machine and the line around the controller."""
     def build(folder):
         progress(f"compiling the machine ({tools.compiler().name})")
-        compiling.objects(STATION, folder, [*STANDARD, f"-I{PLANT}", f"-I{HERE}"])
+        compiling.objects(STATION, folder, [*STANDARD, *INSIDE, f"-I{PLANT}", f"-I{HERE}"])
 
-    key = compiling.digest(STANDARD, compiling.COMPILE, tools.compiler().command,
+    key = compiling.digest(STANDARD, INSIDE, compiling.COMPILE, tools.compiler().command,
                            tools.compiler().version, sources=sources())
     return sorted(compiling.kept(BUILD / f"station-{key}", build).glob("*.o"))
 
@@ -147,11 +147,13 @@ def library(clock_hz: int, progress: Progress = lambda _: None, options: Options
         progress("putting controller and machine together")
         (folder / "probes.inc").write_text(probes.header(RECORDED))
         own = compiling.objects([HERE / "native.cpp"], folder,
-                                [*STANDARD, f"-I{folder}", f"-I{made}", f"-I{PLANT}", f"-I{HERE}"])
+                                [*STANDARD, *INSIDE, f"-I{folder}", f"-I{made}", f"-I{PLANT}",
+                                 f"-I{HERE}"])
         compiling.link([*sorted(made.glob("*.o")), *machine, *own], ["-shared"],
                        folder / "gapkeeper.so")
 
-    key = compiling.digest(made.name, probes.header(RECORDED), sources=sources())
+    key = compiling.digest(made.name, machine[0].parent.name, probes.header(RECORDED),
+                           sources=sources())
     return compiling.kept(BUILD / f"library-{key}", build) / "gapkeeper.so"
 
 

@@ -4,6 +4,7 @@
 
 using plant::Flash;
 
+#pragma GCC visibility push(default)
 extern "C" {
 
 Flash* flash_create(uint64_t seed, double clock_hz) {
@@ -35,3 +36,4 @@ uint64_t flash_units(const Flash* f) { return f->units(); }
 uint64_t flash_erasures(const Flash* f, uint32_t sector) { return f->erasures(sector); }
 
 }  // extern "C"
+#pragma GCC visibility pop

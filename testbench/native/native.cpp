@@ -230,6 +230,7 @@ private:
 
 }  // namespace
 
+#pragma GCC visibility push(default)
 extern "C" {
 
 void* gk_create(uint64_t seed) { return new Session(seed); }
@@ -284,3 +285,4 @@ void gk_wave(Session* s, uint32_t probe, uint32_t low, uint32_t bits) {
 }
 
 }  // extern "C"
+#pragma GCC visibility pop

@@ -4,6 +4,7 @@
 
 using bench::Station;
 
+#pragma GCC visibility push(default)
 extern "C" {
 
 int station_set(Station* s, const char* name, double value) { return s->machine.set(name, value); }
@@ -76,3 +77,4 @@ void cavity_walls(const plant::Cavity* c, double* out) {
 void cavity_free(plant::Cavity* c) { delete c; }
 
 }  // extern "C"
+#pragma GCC visibility pop

@@ -50,11 +50,12 @@ public:
                     channel_ = command_ >> 7 & 15;
                 data_ = false;
             }
-        } else if (select && clock && bits_ < 16) {
-            command_ = static_cast<uint16_t>(command_ << 1 | command);
-            ++bits_;
         } else if (select && !clock) {
-            data_ = bits_ < 16 && (word_ >> (15 - bits_) & 1);
+            data_ = word_ >> 15;
+        } else if (select && bits_ < 16) {
+            command_ = static_cast<uint16_t>(command_ << 1 | command);
+            word_ = static_cast<uint16_t>(word_ << 1);
+            ++bits_;
         }
     }
 
@@ -63,7 +64,7 @@ public:
 private:
     bool select_ = false, data_ = false;
     unsigned bits_ = 0, channel_ = 0;
-    uint16_t command_ = 0, word_ = 0;
+    uint16_t command_ = 0, word_ = 0;   // so far, and what is left of the result
 };
 
 }  // namespace plant

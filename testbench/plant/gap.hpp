@@ -55,9 +55,17 @@ public:
     static constexpr unsigned BARE = 64;
     void clock(bool on, bool sensing, unsigned level, unsigned supply) {
         const Gate gate = on ? Gate::main : sensing ? Gate::sensing : Gate::none;
-        if (gate != gate_)
+        if (gate != gate_) {
             switch_to(gate, level, supply);
-        else if (state_ <= State::open && ++waited_ >= next_)
+            ++now_;
+        } else {
+            clock();
+        }
+    }
+
+    // A clock in which the gates stay as they are.
+    void clock() {
+        if (state_ <= State::open && ++waited_ >= next_)
             wait();
         else if (discharge_left_ != 0 && --discharge_left_ == 0)
             discharged();

@@ -28,7 +28,7 @@ OwnDrive own_drive(const Table& table, double pulses_per_mm) {
 }  // namespace
 
 Plant::Plant(uint64_t seed)
-    : parameters_(by_name(p_)), lines_(seed), sinker_(seed, p_, gap_forces_),
+    : parameters_(by_name(p_)), coder_lines_(seed), sinker_(seed, p_, gap_forces_),
       wire_(seed, p_, gap_forces_), flash_(seed), presses_(seed, 7) {
     for (auto& ends : switches_)
         for (auto& one : ends)
@@ -47,18 +47,18 @@ Plant::Plant(uint64_t seed)
     p["force.limit_high"] = &force_limit_high_;
     p["force.arm"] = &force_arm_;
     p["force.brown_out"] = &force_brown_out_;
-    p["force.encoder_cut"] = &lines_.force.cut;
-    p["force.encoder_jump"] = &lines_.force.jump;
-    p["force.encoder_a_low"] = &lines_.force.a_low;
-    p["force.encoder_a_high"] = &lines_.force.a_high;
-    p["force.encoder_b_low"] = &lines_.force.b_low;
-    p["force.encoder_b_high"] = &lines_.force.b_high;
-    p["force.encoder_swap"] = &lines_.force.swap;
-    p["force.encoder_open"] = &lines_.force.open;
-    p["force.encoder_a_noise"] = &lines_.force.a_noise;
-    p["force.index_cut"] = &lines_.force.index_cut;
-    p["force.index_high"] = &lines_.force.index_high;
-    p["force.encoder_noise_hz"] = &lines_.force.noise_hz;
+    p["force.encoder_cut"] = &coder_lines_.force.cut;
+    p["force.encoder_jump"] = &coder_lines_.force.jump;
+    p["force.encoder_a_low"] = &coder_lines_.force.a_low;
+    p["force.encoder_a_high"] = &coder_lines_.force.a_high;
+    p["force.encoder_b_low"] = &coder_lines_.force.b_low;
+    p["force.encoder_b_high"] = &coder_lines_.force.b_high;
+    p["force.encoder_swap"] = &coder_lines_.force.swap;
+    p["force.encoder_open"] = &coder_lines_.force.open;
+    p["force.encoder_a_noise"] = &coder_lines_.force.a_noise;
+    p["force.index_cut"] = &coder_lines_.force.index_cut;
+    p["force.index_high"] = &coder_lines_.force.index_high;
+    p["force.encoder_noise_hz"] = &coder_lines_.force.noise_hz;
     p["force.flash_absent"] = &force_flash_absent_;
     p["force.gate_stuck"] = &force_gate_stuck_;
     p["force.comparator_cut"] = &force_comparator_cut_;
@@ -143,7 +143,7 @@ Cavity Plant::cavity_with(const std::map<std::string, double>& numbers) const {
 
 void Plant::configure() {
     catch_up();
-    still_ = false;
+    still_ = quiet_ = false;
     clocks_per_tick_ =
         std::max(1u, static_cast<unsigned>(std::lround(p_.tick_us * p_.clock_hz / 1e6)));
     const OwnDrive own[AXES] = {own_drive(p_.x, p_.pulses_per_mm), own_drive(p_.y, p_.pulses_per_mm),
@@ -169,15 +169,26 @@ void Plant::configure() {
     power_good_ = force_brown_out_ == 0;
     fluid_low_ = force_fluid_low_ != 0;
     faults();
-    lines_.configure(p_.clock_hz);
+    coder_lines_.configure(p_.clock_hz);
     flash_.configure(p_.clock_hz);
+    silent_ = force_converter_silent_ != 0;
     stuck_ = static_cast<unsigned>(force_gate_stuck_);
     wires_cut_ = static_cast<unsigned>(force_comparator_cut_) & COMPARATORS;
     wires_dead_ = static_cast<unsigned>(force_comparator_dead_) & COMPARATORS;
     fin_stuck_ = force_fin_ != 0;
+    between();
     limits();
     contact_ = gap_->contact();
     configured_ = true;
+    lines_ = ~0u;
+    look_at_gates();
+}
+
+// Sets the range in which an axis presses no switch, with a micrometre to spare.
+void Plant::between() {
+    const double margin_mm = (std::abs(p_.side.limit_scatter_um) / 2 + 1) / 1000;
+    lowest_pulses_ = (p_.side.limit_low_mm + margin_mm) * p_.pulses_per_mm;
+    highest_pulses_ = (p_.side.limit_high_mm - margin_mm) * p_.pulses_per_mm;
 }
 
 double Plant::electrode_um() const {
@@ -192,17 +203,105 @@ void Plant::catch_up() {
     caught_up_ = phase_;
 }
 
+// ---- what a clock seldom has to do
+
+void Plant::switches(const FromController& from) {
+    add_up();
+    steps(from);
+    gates(from);
+    switched_ = from;
+}
+
+// Adds the ones of the DACs that came under one set of signs.
+void Plant::add_up() {
+    for (int axis = 0; axis < AXES; ++axis) {
+        const int ones = counted(ones_, axis);
+        sums_[axis] += switched_.dac_negative >> axis & 1 ? -ones : ones;
+    }
+    ones_ = 0;
+}
+
+// Rising edges of the step pins.
+void Plant::steps(const FromController& from) {
+    for (int axis = 0; axis < AXES; ++axis)
+        if ((from.step & ~switched_.step) >> axis & 1)
+            axes_[axis].step(from.dir >> axis & 1);
+}
+
+// The gates as the sources have them. A stuck gate stays on, at its last level. A shorted
+// transistor has no level. The main contactor switches the main source.
+void Plant::gates(const FromController& from) {
+    if (from.gap_level != 0)
+        level_ = from.gap_level;
+    if (stuck_ == NONE)
+        gap_->clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
+    else if (stuck_ == SENSING)
+        gap_->clock(from.gap_on && powered_, true, from.gap_level, from.gap_supply);
+    else
+        gap_->clock(powered_, from.gap_sense, stuck_ == MAIN ? level_ : Gap::BARE, from.gap_supply);
+}
+
+bool Plant::moves(ToController& to) {
+    bool turned = !coder_lines_.sound() || configured_;
+    if (!still_)
+        for (auto& axis : axes_)
+            turned |= axis.clock();
+    if (turned)
+        coders(to);
+    if (configured_)
+        sides(to);
+    configured_ = false;
+    quiet_ = still_ && coder_lines_.sound();
+    return turned;
+}
+
+void Plant::coders(ToController& to) {
+    unsigned a = 0, b = 0, index = 0;
+    for (int axis = 0; axis < AXES; ++axis) {
+        a |= static_cast<unsigned>(axes_[axis].phase_a()) << axis;
+        b |= static_cast<unsigned>(axes_[axis].phase_b()) << axis;
+        index |= static_cast<unsigned>(axes_[axis].index()) << axis;
+    }
+    coder_lines_.clock(a, b, to.enc_a, to.enc_b);
+    to.enc_index = coder_lines_.index(index);
+}
+
+void Plant::sides(ToController& to) const {
+    to.estop = estop_;
+    to.drive_fault = drive_fault_;
+    to.limit_low = limit_low_;
+    to.limit_high = limit_high_;
+    to.fluid_low = fluid_low_;
+    to.fin = fin_ | fin_stuck_;
+    to.arm = arm_;
+    to.power_good = power_good_;
+}
+
+void Plant::compares(ToController& to) {
+    lines_ = gap_->lines();
+    const unsigned lines = (lines_ | wires_cut_) & ~wires_dead_;
+    to.gap_short = lines & Gap::SHORT ? 1 : 0;
+    to.gap_current = lines & Gap::CURRENT ? 1 : 0;
+    to.gap_arc = lines & Gap::ARC ? 1 : 0;
+    to.gap_high = lines & Gap::HIGH ? 1 : 0;
+    to.gap_noise = lines & Gap::NOISE ? 1 : 0;
+}
+
+// ---- ticks
+
 void Plant::tick(const FromController& from) {
     catch_up();
     phase_ = caught_up_ = 0;
     const double dt = clocks_per_tick_ / p_.clock_hz;
     still_ = true;
+    add_up();
     for (int axis = 0; axis < AXES; ++axis) {
-        axes_[axis].dac(counted(up_, axis) - counted(down_, axis));
+        axes_[axis].dac(sums_[axis]);
+        sums_[axis] = 0;
         axes_[axis].tick(from.drive_enable >> axis & 1);
         still_ = still_ && axes_[axis].stays();
     }
-    up_ = down_ = 0;
+    quiet_ = still_ && coder_lines_.sound();
     gap_->tick({axes_[0].position() / p_.pulses_per_mm * 1000,
                 axes_[1].position() / p_.pulses_per_mm * 1000, electrode_um()},
                dt);
@@ -260,11 +359,15 @@ void Plant::limits() {
     unsigned low = static_cast<unsigned>(force_limit_low_);
     unsigned high = static_cast<unsigned>(force_limit_high_);
     for (int axis = 0; axis < AXES; ++axis) {
-        const double place = axes_[axis].position() / p_.pulses_per_mm;
+        const double pulses = axes_[axis].position();
+        auto& [lower, upper] = switches_[axis];
+        if (!lower.pressed && !upper.pressed && pulses > lowest_pulses_ && pulses < highest_pulses_)
+            continue;
+        const double place = pulses / p_.pulses_per_mm;
         const double below_um = (p_.side.limit_low_mm - place) * 1000;
         const double above_um = (place - p_.side.limit_high_mm) * 1000;
-        low |= static_cast<unsigned>(presses(switches_[axis][0], below_um)) << axis;
-        high |= static_cast<unsigned>(presses(switches_[axis][1], above_um)) << axis;
+        low |= static_cast<unsigned>(presses(lower, below_um)) << axis;
+        high |= static_cast<unsigned>(presses(upper, above_um)) << axis;
     }
     limit_low_ = static_cast<uint8_t>(low);
     limit_high_ = static_cast<uint8_t>(high);
@@ -277,8 +380,10 @@ void Plant::contactor(bool coil) {
         return;
     }
     contactor_wait_ms_ += p_.tick_us / 1000;
-    if (contactor_wait_ms_ >= p_.side.contactor_ms)
+    if (contactor_wait_ms_ >= p_.side.contactor_ms) {
         powered_ = coil;
+        look_at_gates();
+    }
 }
 
 // The machine side answers a strobe with FIN after a while, and its end with the end of FIN.

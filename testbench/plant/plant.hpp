@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <string>
 #include <vector>
@@ -21,13 +22,25 @@ namespace plant {
 constexpr int AXES = 3;  // X, Y, Z: bit 0, 1, 2 of every vector
 constexpr int Z = 2;     // carries the electrode; stands on a wire machine
 
+// Outputs that seldom change, and the selection and clock of the two serial chips. Each of these
+// structures is compared as a whole.
+struct Switched {
+    uint8_t dac_negative = 0, step = 0, dir = 0, drive_enable = 0;
+    uint8_t gap_on = 0, gap_sense = 0, gap_level = 0, gap_supply = 0;
+};
+
+struct ConverterPins {
+    uint8_t adc_select = 0, adc_clock = 0;
+};
+
+struct FlashPins {
+    uint8_t flash_select = 0, flash_clock = 0;
+};
+
 // Names and widths are those of rtl/pads.py.
-struct FromController {
-    uint8_t dac = 0, dac_negative = 0, step = 0, dir = 0, drive_enable = 0;
-    uint8_t gap_on = 0, gap_sense = 0, gap_level = 0;
-    uint8_t gap_reference = 0, gap_supply = 0, adc_select = 0, adc_clock = 0, adc_command = 0;
+struct FromController : Switched, ConverterPins, FlashPins {
+    uint8_t dac = 0, gap_reference = 0, adc_command = 0, flash_command = 0;
     uint8_t contactor = 0, auxiliary_strobe = 0, safe = 1;
-    uint8_t flash_select = 0, flash_clock = 0, flash_command = 0;
     uint16_t auxiliary_code = 0;
 };
 
@@ -58,56 +71,44 @@ public:
     // One clock: from the controller's outputs in it to its inputs in the next. The inputs keep their
     // values from clock to clock. Returns whether any may have changed.
     bool clock(const FromController& from, ToController& to) {
-        up_ += SPREAD[from.dac & ~from.dac_negative];
-        down_ += SPREAD[from.dac & from.dac_negative];
+        if (differ<Switched>(from, switched_))
+            switches(from);
+        else
+            gap_->clock();
+        ones_ += SPREAD[from.dac];
         references_ += SPREAD[from.gap_reference];
-        if (from.step != step_)
-            steps(from);
-        bool turned = !lines_.sound() || configured_;
-        if (!still_)
-            for (auto& axis : axes_)
-                turned |= axis.clock();
-        gates(from);
-        bool changed = turned;
-        const unsigned serial = from.adc_select | static_cast<unsigned>(from.adc_clock) << 1;
-        if (serial != serial_) {
-            serial_ = serial;
+        bool changed = !quiet_ && moves(to);
+        if (differ<ConverterPins>(from, converter_pins_)) {
+            converter_pins_ = from;
             converter_.change(from.adc_select, from.adc_clock, from.adc_command,
                               [this](unsigned channel) { return sample(channel); });
-            to.adc_data = converter_.data() && force_converter_silent_ == 0;
-            changed = true;
+            const uint8_t data = converter_.data() && !silent_;
+            changed |= data != to.adc_data;
+            to.adc_data = data;
         }
-        const unsigned memory = from.flash_select | static_cast<unsigned>(from.flash_clock) << 1;
-        if (memory != memory_) {
-            memory_ = memory;
+        if (differ<FlashPins>(from, flash_pins_)) {
+            flash_pins_ = from;
             flash_.pins(from.flash_select, from.flash_clock, from.flash_command, now_);
             to.flash_data = flash_.data() || force_flash_absent_ != 0;
             changed = true;
         }
-        if (++phase_ == clocks_per_tick_ || configured_) {
-            if (phase_ == clocks_per_tick_)
-                tick(from);
+        if (++phase_ == clocks_per_tick_) {
+            tick(from);
             sides(to);
-            configured_ = false;
             changed = true;
         }
-        if (turned)
-            coders(to);
-        const unsigned lines = (gap_->lines() | wires_cut_) & ~wires_dead_;
-        if (lines != compared_) {
-            compared_ = lines;
-            to.gap_short = lines & Gap::SHORT ? 1 : 0;
-            to.gap_current = lines & Gap::CURRENT ? 1 : 0;
-            to.gap_arc = lines & Gap::ARC ? 1 : 0;
-            to.gap_high = lines & Gap::HIGH ? 1 : 0;
-            to.gap_noise = lines & Gap::NOISE ? 1 : 0;
+        if (gap_->lines() != lines_) {
+            compares(to);
             changed = true;
         }
         ++now_;
         return changed;
     }
 
-    void close_contactor() { powered_ = true; }  // at once, for tests of the gap alone
+    void close_contactor() {    // at once, for tests of the gap alone
+        powered_ = true;
+        look_at_gates();
+    }
     int32_t count(int axis) const { return axes_[axis].count(); }
     double speed(int axis) const { return axes_[axis].speed(); }      // mm/s
     double command(int axis) const { return axes_[axis].command(); }  // mm/s, behind the filter
@@ -136,6 +137,7 @@ private:
     void tick(const FromController& from);
     void side(const FromController& from);
     void contactor(bool coil);
+    void between();
     void limits();
     bool presses(Switch& one, double beyond_um);
     void faults();
@@ -143,50 +145,25 @@ private:
     double electrode_um() const;
     unsigned sample(unsigned channel) const;
 
-    // The gates as the sources have them. A stuck gate stays on, at its last level. A shorted
-    // transistor has no level. The main contactor switches the main source.
-    void gates(const FromController& from) {
-        if (from.gap_level != 0)
-            level_ = from.gap_level;
-        if (stuck_ == NONE)
-            gap_->clock(from.gap_on && powered_, from.gap_sense, from.gap_level, from.gap_supply);
-        else if (stuck_ == SENSING)
-            gap_->clock(from.gap_on && powered_, true, from.gap_level, from.gap_supply);
-        else
-            gap_->clock(powered_, from.gap_sense, stuck_ == MAIN ? level_ : Gap::BARE,
-                       from.gap_supply);
+    // What a clock does when one of the outputs in Switched has changed.
+    void switches(const FromController& from);
+    // The coders in a clock in which one may change; returns whether one may have.
+    bool moves(ToController& to);
+    void compares(ToController& to);
+
+    void gates(const FromController& from);
+    void steps(const FromController& from);
+    void sides(ToController& to) const;
+    void coders(ToController& to);
+    void add_up();
+
+    template <typename Pins>
+    static bool differ(const Pins& a, const Pins& b) {
+        return std::memcmp(&a, &b, sizeof(Pins)) != 0;
     }
 
-    // Rising edges of the step pins.
-    void steps(const FromController& from) {
-        for (unsigned rose = from.step & ~step_; rose; rose &= rose - 1) {
-            const int axis = __builtin_ctz(rose);
-            axes_[axis].step(from.dir >> axis & 1);
-        }
-        step_ = from.step;
-    }
-
-    void sides(ToController& to) {
-        to.estop = estop_;
-        to.drive_fault = drive_fault_;
-        to.limit_low = limit_low_;
-        to.limit_high = limit_high_;
-        to.fluid_low = fluid_low_;
-        to.fin = fin_ | fin_stuck_;
-        to.arm = arm_;
-        to.power_good = power_good_;
-    }
-
-    void coders(ToController& to) {
-        unsigned a = 0, b = 0, index = 0;
-        for (int axis = 0; axis < AXES; ++axis) {
-            a |= static_cast<unsigned>(axes_[axis].phase_a()) << axis;
-            b |= static_cast<unsigned>(axes_[axis].phase_b()) << axis;
-            index |= static_cast<unsigned>(axes_[axis].index()) << axis;
-        }
-        lines_.clock(a, b, to.enc_a, to.enc_b);
-        to.enc_index = lines_.index(index);
-    }
+    // The next clock finds the outputs changed: no output has this value.
+    void look_at_gates() { switched_.gap_on = UINT8_MAX; }
 
     // Each of the three bits has its own counter of clocks.
     static constexpr unsigned COUNTER = 21;
@@ -213,31 +190,36 @@ private:
            force_reference_cut_ = 0, force_reference_swap_ = 0, force_fin_ = 0;
 
     Motor axes_[AXES];
-    CoderLines lines_;
+    CoderLines coder_lines_;
     SinkerGap sinker_;
     WireGap wire_;
     Gap* gap_ = &sinker_;  // the gap for the machine's kind
     Converter converter_;
+    bool silent_ = false;         // a test keeps its data line low
     Flash flash_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick
-    uint64_t up_ = 0, down_ = 0;  // those of the DACs, at either sign
+    uint64_t ones_ = 0;           // those of the DACs since a sign changed, and before, with signs
+    int sums_[AXES] = {};
     Filter filters_[3];
     double reference_one_v_ = 0;
-    unsigned serial_ = 0, memory_ = 0;
+    Switched switched_;
+    ConverterPins converter_pins_;
+    FlashPins flash_pins_;
     unsigned clocks_per_tick_ = 16, phase_ = 0;
     bool still_ = false;        // no coder changes in this tick: `catch_up` moves the axes
-    unsigned caught_up_ = 0;    // clocks of this tick for which it has moved them
+    bool quiet_ = false;        // nor does one of the coders' lines
+    unsigned caught_up_ = 0;    // clocks of this tick for which it has moved the axes
     unsigned stuck_ = 0, wires_cut_ = 0, wires_dead_ = 0;
     unsigned level_ = 1;
-    unsigned compared_ = ~0u;     // lines of the gap, as the controller has them
+    unsigned lines_ = ~0u;        // of the gap, when the comparators were last read
     bool configured_ = true, contact_ = false;
-    uint8_t step_ = 0;
     uint8_t estop_ = 0, drive_fault_ = 0, limit_low_ = 0, limit_high_ = 0, fluid_low_ = 0, fin_ = 0,
             fin_stuck_ = 0;
     uint8_t arm_ = 0, power_good_ = 1;
     Random presses_;
     Switch switches_[AXES][2];  // lower and upper end
+    double lowest_pulses_ = 0, highest_pulses_ = 0;     // between them no switch is pressed
     bool powered_ = false;        // the main contactor's contacts are closed
     double fin_wait_us_ = 0, contactor_wait_ms_ = 0;
     std::vector<Auxiliary> auxiliaries_;

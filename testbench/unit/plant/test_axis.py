@@ -127,6 +127,18 @@ def test_acceleration_and_speed_are_limited(plant, sign):
     assert sign * plant.get("read.z_speed_mm_s") == 60
 
 
+def test_the_sign_of_the_dac_counts_in_every_clock(plant):
+    """As long up as down in every tick of 16 clocks: the axis rests."""
+    for _ in range(500):
+        for plant.density in (FULL, -FULL):
+            plant.run(8)
+    assert plant.get("read.z_speed_mm_s") == 0
+    for _ in range(500):
+        for plant.density, clocks in ((FULL, 10), (-FULL, 6)):
+            plant.run(clocks)
+    assert plant.get("read.z_speed_mm_s") > 1
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_disabled_drive_brakes_to_rest(plant, sign):
     plant.density = sign * 5000
@@ -339,6 +351,21 @@ def test_limit_switches_are_where_the_machine_says(plant):
     assert plant.input("limit_high") == Z
     assert plant.get("read.z_pulses") == pytest.approx(5000, abs=16 * 0.5 * 15)
     assert plant.input("limit_low") == 0
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_limit_switch_stays_pressed_within_its_hysteresis(plant, sign):
+    pin, end = ("limit_high", "limit_high_mm") if sign > 0 else ("limit_low", "limit_low_mm")
+    plant.set("side.limit_scatter_um", 0)
+    plant.set(f"side.{end}", sign * 0.5)
+    plant.density = sign * 300
+    plant.until((pin,), HZ)
+    assert plant.input(pin) == Z
+    plant.density = -sign * 300
+    plant.until((pin,), HZ)
+    assert plant.input(pin) == 0
+    released_um = (0.5 * 10000 - sign * plant.get("read.z_pulses")) / 10
+    assert released_um == pytest.approx(50, abs=2)
 
 
 def test_machine_side_answers_a_strobe(plant):

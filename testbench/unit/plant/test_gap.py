@@ -37,6 +37,16 @@ def test_delay_grows_as_the_fluid_leaks(plant):
     assert plant.get("read.gap_v") == pytest.approx(80 * share, rel=0.01)
 
 
+def test_the_contactor_switches_the_main_source_whatever_its_gate_does(plant):
+    plant.hold(gap_um=200)
+    plant.drive(gap_on=1, gap_level=6)
+    for closed in (0, 1, 0, 1):
+        plant.drive(contactor=closed)
+        for after_ms, volts in ((19, not closed), (2, closed)):
+            plant.run(after_ms * plant.clock_hz // 1000)
+            assert plant.get("read.gap_v") == pytest.approx(80 if volts else 0, abs=4)
+
+
 @pytest.mark.parametrize("scale", [1, 60])
 def test_removal_rate(plant, scale):
     # 5 mm3/min per ampere of mean current, times the scale, over the area.
