@@ -143,8 +143,8 @@ private:
         }
     }
 
-    void clock() {
-        if (trace_period != 0)
+    [[gnu::always_inline]] void clock() {
+        if (trace_period != 0 && shorts.sees(station_.machine.contact(), stopping()))
             follow();
         bench::outputs(controller_, from_);
         uint8_t rx = 1;
@@ -159,10 +159,11 @@ private:
             kept.push_back({station_.clock, to_, rx});
     }
 
+    bool stopping() const { return controller_.probe_path_status_state() == STOPPING; }
+
     void follow() {
         shorts.look(
-            station_.clock, station_.machine.contact(),
-            controller_.probe_path_status_state() == STOPPING,
+            station_.clock, station_.machine.contact(), stopping(),
             controller_.probe_gap_status_shorted() != 0,
             [this] { return read(*path_); },
             [this](int axis) { return static_cast<double>(station_.machine.count(axis)); });

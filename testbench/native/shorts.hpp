@@ -8,8 +8,9 @@
 
 namespace bench {
 
-// Call `look` in every clock. A way begins when the machine comes to rest for a short; it ends with
-// the next one, or after so many clocks. `contact`: tool and work truly touch.
+// Call `look` in every clock in which `sees` says so. A way begins when the machine comes to rest
+// for a short; it ends with the next one, or after so many clocks. `contact`: tool and work truly
+// touch.
 class Shorts {
 public:
     static constexpr size_t COLUMNS = 8;  // see testbench/native/simulation.py
@@ -20,12 +21,15 @@ public:
         length_ = length;
     }
 
+    // Whether there is anything to look at.
+    bool sees(bool contact, bool stopping) const {
+        return contact | contact_ | stopping | stopping_ | active_;
+    }
+
     // `stopping`: the machine comes to rest for a retraction. `path` gives the path coordinate and
     // `place` the coder's count of an axis; both are called only when they are needed.
     template <typename Path, typename Place>
     void look(uint64_t clock, bool contact, bool stopping, bool shorted, Path path, Place place) {
-        if (!(contact | contact_ | stopping | stopping_ | active_))
-            return;
         if (contact && !contact_)
             touched_ = clock;
         contact_ = contact;

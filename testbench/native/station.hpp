@@ -38,7 +38,8 @@ public:
     // One clock: the controller's outputs in it, its inputs in the next. This is the order of a
     // nonblocking assignment at the clock edge, in both simulations. Returns whether the inputs
     // besides rx may have changed.
-    bool step(const plant::FromController& from, bool tx, plant::ToController& to, uint8_t& rx) {
+    [[gnu::always_inline]] bool step(const plant::FromController& from, bool tx,
+                                     plant::ToController& to, uint8_t& rx) {
         const bool changed = machine.clock(from, to);
         rx = serial.give();
         ++clock;

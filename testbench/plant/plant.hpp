@@ -70,7 +70,7 @@ public:
 
     // One clock: from the controller's outputs in it to its inputs in the next. The inputs keep their
     // values from clock to clock. Returns whether any may have changed.
-    bool clock(const FromController& from, ToController& to) {
+    [[gnu::always_inline]] bool clock(const FromController& from, ToController& to) {
         if (differ<Switched>(from, switched_))
             switches(from);
         else

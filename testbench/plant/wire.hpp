@@ -84,6 +84,7 @@ private:
     bool stale_ = true;
     double gap_ = 1e3, engagement_ = 1;
     Sector sectors_[SECTORS];
+    int32_t nearest_x_ = 0, nearest_y_ = 0;     // cell
     double weights_[SECTORS];
     double push_x_ = 0, push_y_ = 0;    // deflection
     double debris_um3_ = 0, flow_ = 0;  // and the logarithm of the flow over its usual value

@@ -97,6 +97,11 @@ Workpiece::Tile& Workpiece::tile(int32_t x, int32_t y) {
     return *place;
 }
 
+unsigned Workpiece::left(int32_t x, int32_t y) const {
+    const auto found = tiles_.find(key(tile_of(x), tile_of(y)));
+    return found == tiles_.end() ? 0 : found->second->left[cell_at(x, y)];
+}
+
 double Workpiece::take(int32_t x, int32_t y, double x_um, double y_um, double volume_um3) {
     owed_ += volume_um3 / grain_;
     auto wanted = static_cast<uint64_t>(owed_);
@@ -163,8 +168,7 @@ void Workpiece::copy(int64_t x, int64_t y, int64_t columns, int64_t rows, uint16
             const auto found = tiles_.find(key(tile_of(cx), tile_of(cy)));
             *out++ = found == tiles_.end()
                          ? fresh(cx, cy)
-                         : found->second->left[static_cast<size_t>(cell_in(cy) * SIDE +
-                                                                   cell_in(cx))];
+                         : found->second->left[cell_at(cx, cy)];
         }
 }
 

@@ -45,6 +45,9 @@ public:
     // Distance from a point to a cell's surface, which recedes by a cell as the cell is removed.
     double distance(double x_um, double y_um, int32_t x, int32_t y, unsigned left) const;
 
+    // What is left of a cell; 0 for one that `each` has never come near to.
+    unsigned left(int32_t x, int32_t y) const;
+
     // Removes a volume near a cell, nearest to the point first; returns the volume found.
     double take(int32_t x, int32_t y, double x_um, double y_um, double volume_um3);
 
@@ -60,6 +63,9 @@ public:
 private:
     static int32_t tile_of(int32_t index) { return index >> 6; }
     static int32_t cell_in(int32_t index) { return index & (SIDE - 1); }
+    static size_t cell_at(int32_t x, int32_t y) {
+        return static_cast<size_t>(cell_in(y) * SIDE + cell_in(x));
+    }
     Tile& tile(int32_t x, int32_t y);  // by the tile's indices
     uint16_t fresh(int32_t x, int32_t y) const;
 
