@@ -53,6 +53,7 @@ def program(clock_hz: int, options: build.Options = build.USUAL,
     files = [*build.verilog(clock_hz, progress, options), HERE / "bench.sv"]
     compiler = tools.compiler()
     libraries = Path(cocotb_tools.config.libs_dir)
+    machine = build.station(progress)
 
     def make(folder):
         progress("translating the Verilog to C++ for cocotb (Verilator)")
@@ -66,14 +67,15 @@ def program(clock_hz: int, options: build.Options = build.USUAL,
         own = compiling.objects([main, HERE / "dpi.cpp"], folder,
                                 [*OPTIONS, f"-I{folder}", f"-I{build.PLANT}", f"-I{build.HERE}"])
         parts = [*verilated.model(folder, OPTIONS), *verilated.runtime(RUNTIME),
-                 *build.station(progress), *own]
+                 *machine, *own]
         # Python finds the station's functions in the program itself.
         compiling.link(parts, [f"-L{libraries}", "-lcocotbvpi_verilator",
                                f"-Wl,-rpath,{libraries}", "-rdynamic"], folder / TOP)
 
     key = compiling.digest(VERILATE, verilated.KEY,
-                           probes.public(writable=True), _readings(), probes.places(RECORDED),
-                           compiler.command, compiler.version, version("cocotb"),
+                           machine[0].parent.name, probes.public(writable=True), _readings(),
+                           probes.places(RECORDED), compiler.command, compiler.version,
+                           version("cocotb"),
                            sources=[*files, *build.sources(), build.HERE / "verilated.py",
                                     HERE / "dpi.cpp"])
     return compiling.kept(BUILD / f"cosim-{key}", make) / TOP

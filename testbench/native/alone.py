@@ -13,7 +13,7 @@ _FUNCTIONS = {
     "alone_create": (_POINTER, [_UNSIGNED]),
     "alone_free": (None, [_POINTER]),
     "alone_station": (_POINTER, [_POINTER]),
-    "alone_outputs": (None, [_POINTER, *[_WORD] * 7]),
+    "alone_outputs": (None, [_POINTER, *[_WORD] * 8]),
     "alone_step": (None, [_POINTER, _WORD, _WORD]),
     "alone_serial": (None, [_POINTER, *[_WORD] * 3]),
     "alone_references": (None, [_POINTER, *[_WORD] * 3]),

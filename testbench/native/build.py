@@ -163,18 +163,20 @@ def flash_library() -> Path:
         made = compiling.objects([HERE / "flash.cpp"], folder, [*STANDARD, f"-I{PLANT}"])
         compiling.link(made, ["-shared"], folder / "flash.so")
 
-    key = compiling.digest(compiling.COMPILE, tools.compiler().command, tools.compiler().version,
+    key = compiling.digest(STANDARD, compiling.COMPILE, tools.compiler().command,
+                           tools.compiler().version,
                            sources=[HERE / "flash.cpp", PLANT / "flash.hpp", PLANT / "random.hpp"])
     return compiling.kept(BUILD / f"flash-{key}", build) / "flash.so"
 
 
 def plant_library() -> Path:
     """Path of a library of the plant alone, for tests of its physics."""
+    machine = station()
+
     def build(folder):
         own = compiling.objects([HERE / "alone.cpp"], folder,
                                 [*STANDARD, f"-I{PLANT}", f"-I{HERE}"])
-        compiling.link([*station(), *own], ["-shared"], folder / "plant.so")
+        compiling.link([*machine, *own], ["-shared"], folder / "plant.so")
 
-    key = compiling.digest(compiling.COMPILE, tools.compiler().command, tools.compiler().version,
-                           sources=sources())
+    key = compiling.digest(machine[0].parent.name)     # of all sources
     return compiling.kept(BUILD / f"plant-{key}", build) / "plant.so"
