@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "coder.hpp"
@@ -23,7 +24,7 @@ constexpr int AXES = 3;  // X, Y, Z: bit 0, 1, 2 of every vector
 constexpr int Z = 2;     // carries the electrode; stands on a wire machine
 
 // Outputs that seldom change, and the selection and clock of the two serial chips. Each of these
-// structures is compared as a whole.
+// structures is compared as a whole, byte for byte.
 struct Switched {
     uint8_t dac_negative = 0, step = 0, dir = 0, drive_enable = 0;
     uint8_t gap_on = 0, gap_sense = 0, gap_level = 0, gap_supply = 0;
@@ -147,7 +148,8 @@ private:
 
     // What a clock does when one of the outputs in Switched has changed.
     void switches(const FromController& from);
-    // The coders in a clock in which one may change; returns whether one may have.
+    // The coders in a clock in which one may change, and every input after a parameter was set;
+    // returns whether any may have changed.
     bool moves(ToController& to);
     void compares(ToController& to);
 
@@ -159,6 +161,7 @@ private:
 
     template <typename Pins>
     static bool differ(const Pins& a, const Pins& b) {
+        static_assert(std::has_unique_object_representations_v<Pins>, "nothing between the bytes");
         return std::memcmp(&a, &b, sizeof(Pins)) != 0;
     }
 
@@ -199,8 +202,8 @@ private:
     Flash flash_;
     uint64_t now_ = 0;
     uint64_t references_ = 0;  // ones of the three streams in this tick
-    uint64_t ones_ = 0;           // those of the DACs since a sign changed, and before, with signs
-    int sums_[AXES] = {};
+    uint64_t ones_ = 0;           // those of the DACs since `add_up`, which knows their signs
+    int sums_[AXES] = {};         // and before, in this tick: those of positive less negative ones
     Filter filters_[3];
     double reference_one_v_ = 0;
     Switched switched_;

@@ -85,12 +85,14 @@ void Wire::survey() {
     const double radius = radius_um();
     const double span = std::max(FOLDS * p_.gap.engagement_um, 2 * p_.workpiece.cell_um);
     double reach = std::min(p_.gap.reach_um, std::max(gap_, 0.0) + SLACK_UM) + span;
+    const double inner = std::max(radius - DENTED_UM, 0.0);
+    const double half = workpiece_.cell_um() / 2;   // from a cell's centre to its nearest surface
     // Beyond this no cell counts, as the one that was nearest at the last survey may still be there.
     double counts = 1e9;
     const unsigned still = workpiece_.left(nearest_x_, nearest_y_);
     const double there = workpiece_.distance(x_, y_, nearest_x_, nearest_y_, still);
-    if (still != 0 && there > radius - DENTED_UM + workpiece_.cell_um())
-        counts = there + span + workpiece_.cell_um();
+    if (still != 0 && there > inner + half)
+        counts = there + span;
     double nearest;
     // Squares of the distances of centres beyond which no cell of a sector is nearer than the one
     // found: its surface is up to half a cell nearer than its centre.
@@ -100,7 +102,7 @@ void Wire::survey() {
         beyond.fill(1e18);
         for (auto& sector : sectors_)
             sector = {1e9, 0, 0, false};
-        workpiece_.each(x_, y_, radius - DENTED_UM, std::min(radius + reach, counts),
+        workpiece_.each(x_, y_, inner, std::min(radius + reach, counts) + half,
                         [&](int32_t x, int32_t y, unsigned left) {
             const double dx = workpiece_.centre(x) - x_, dy = workpiece_.centre(y) - y_;
             const unsigned at = static_cast<unsigned>(turn(dx, dy) * SECTORS) % SECTORS;

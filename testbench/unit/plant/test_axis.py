@@ -368,6 +368,23 @@ def test_a_limit_switch_stays_pressed_within_its_hysteresis(plant, sign):
     assert released_um == pytest.approx(50, abs=2)
 
 
+def test_a_limit_switch_is_pressed_anywhere_in_its_scatter(plant):
+    plant.set("side.limit_scatter_um", 1000)
+    plant.set("side.limit_high_mm", 0.5)
+    pressed_um = []
+    for _ in range(40):
+        plant.density = 1500
+        plant.until(("limit_high",), HZ)
+        assert plant.input("limit_high") == Z
+        pressed_um.append(plant.get("read.z_pulses") / 10)
+        plant.density = -1500
+        plant.run(HZ // 5)
+        assert plant.input("limit_high") == 0
+    # Draws from 0 to 1000 um; one below the switch, on the way back, is drawn again further down.
+    assert 0 <= min(pressed_um) < 450
+    assert 750 < max(pressed_um) < 1010
+
+
 def test_machine_side_answers_a_strobe(plant):
     plant.drive(strobe=1, code=8)
     waited = plant.until(("fin",), HZ)
