@@ -12,6 +12,9 @@ JOBS    ?= auto
 # Some tests wait for another process: a worker more than there are processors.
 WORKERS := $(if $(filter auto,$(JOBS)),$(shell expr $$(getconf _NPROCESSORS_ONLN) + 1),$(JOBS))
 BOARDS  ?= ulx3s ulx3s_45f colorlight_i9
+# Folder of another version whose speed is measured beside this one's, and options:
+# git worktree add ../old 8563506 && make bench BESIDE="../old --until 8"
+BESIDE  ?=
 # Options for the fault campaign, e.g. make faults FAULTS="--only F3 --seed 2"
 FAULTS  ?=
 
@@ -40,8 +43,8 @@ docs: venv     ## these pages as a site in build/docs; warnings are errors
 	@$(PY) -m sphinx -W --keep-going -q -b html docs build/docs
 	@echo "build/docs/index.html"
 
-bench: install ## every figure of docs/results/figures.md; minutes
-	@.venv/bin/gapkeeper bench
+bench: install ## every figure of docs/results/figures.md; minutes (BESIDE=)
+	@$(if $(BESIDE),$(PY) -m testbench.beside $(BESIDE),.venv/bin/gapkeeper bench)
 
 boards: venv   ## lay out every board, two at a time, and judge its cells and clock (BOARDS=)
 	@.venv/bin/gapkeeper build $(BOARDS)
