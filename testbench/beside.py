@@ -109,6 +109,8 @@ def main() -> None:
     parser.add_argument("--until", type=float, metavar="SECONDS",
                         help="of the machine's time; else whole tapes")
     asked = parser.parse_args()
+    if asked.pairs < 1:
+        parser.error("argument --pairs: at least one pair is needed")
     folders = asked.folder, ROOT
     print("| tape | | the other | this | times |\n| --- | --- | --- | --- | --- |", flush=True)
     try:

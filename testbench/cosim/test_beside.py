@@ -50,6 +50,13 @@ def test_a_folder_without_the_tape_is_named(tmp_path, tape):
         measure(folder, tape)
 
 
+def test_no_pair_is_refused(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["beside", str(ROOT), "--pairs", "0"])
+    with pytest.raises(SystemExit):
+        main()
+    assert capsys.readouterr().err.endswith("argument --pairs: at least one pair is needed\n")
+
+
 def test_a_version_that_does_not_run_says_why(tmp_path):
     (tmp_path / "tapes").mkdir()
     (tmp_path / "tapes" / f"{TAPES[0]}.nc").write_text("%\nM02\n%\n")

@@ -49,9 +49,10 @@ public:
     // References of the comparators: open, arc, short.
     void put_levels(double high_v, double arc_v, double short_v);
 
-    // Call it every clock with the gates of the two sources, and the main source's current level
-    // and supply: bits 0 to 3 are the steps of its voltage, bit 4 makes the electrode negative. At
-    // the level BARE its transistor is shorted: only the source's resistance bounds the current.
+    // Call one of the two every clock. With the gates of the two sources, and the main source's
+    // current level and supply: bits 0 to 3 are the steps of its voltage, bit 4 makes the electrode
+    // negative. At the level BARE its transistor is shorted: only the source's resistance bounds the
+    // current.
     static constexpr unsigned BARE = 64;
     void clock(bool on, bool sensing, unsigned level, unsigned supply) {
         const Gate gate = on ? Gate::main : sensing ? Gate::sensing : Gate::none;
